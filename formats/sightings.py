@@ -1,0 +1,182 @@
+"""``sightings.jsonl``: what was seen of landmarks, one line per image, also when nothing was seen.
+
+::
+
+    {"logpose": "sightings/1"}
+    {"stamp_ns": 0, "frame_id": "base_link", "sightings": [{"x_m": .., "y_m": .., "cov_m2": [xx, xy, yy],
+     "u_px": .., "v_px": .., "radius_px": .., "score": .., "id": null}]}
+
+The first line may be missing. Numbers that do not exist are ``null``: ``u_px``, ``v_px``, ``radius_px`` and
+``score`` may be, and ``id`` is where the landmark is not known. Floats are written so that they are read back
+bit by bit.
+"""
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from .errors import FormatError
+from .events import NO_ID, Sightings
+from .files import replacing_text
+from .text import text_lines
+
+SCHEMA = "sightings/1"
+HEADER = json.dumps({"logpose": SCHEMA}) + "\n"
+"""The first line of the file."""
+
+
+def sightings_to_json(event: Sightings) -> dict[str, object]:
+    """Return the line of one event as a JSON-ready mapping, not finite numbers as None."""
+    return {
+        "stamp_ns": int(event.stamp),
+        "frame_id": event.frame_id,
+        "sightings": [
+            {
+                "x_m": _or_none(event.xy[i, 0]),
+                "y_m": _or_none(event.xy[i, 1]),
+                "cov_m2": [_or_none(event.cov[i, j, k]) for j, k in ((0, 0), (0, 1), (1, 1))],
+                "u_px": _or_none(event.uv[i, 0]),
+                "v_px": _or_none(event.uv[i, 1]),
+                "radius_px": _or_none(event.radius[i]),
+                "score": _or_none(event.score[i]),
+                "id": None if event.ids[i] == NO_ID else int(event.ids[i]),
+            }
+            for i in range(len(event.xy))
+        ],
+    }
+
+
+def sightings_from_json(
+    line: object, *, source: str = "sightings", topic: str = "", where: str = "sightings"
+) -> Sightings:
+    """Return the event that ``sightings_to_json`` made the mapping from.
+
+    Args:
+        line: the decoded JSON of one line.
+        source: of the event.
+        topic: of the event.
+        where: file and line, for the message of an error.
+
+    Raises:
+        FormatError: a key is missing or a value is not what it should be.
+    """
+    if not isinstance(line, Mapping):
+        raise FormatError(f"{where}: is {type(line).__name__}, not an object. Write one JSON object per line.")
+    stamp = line.get("stamp_ns")
+    if not isinstance(stamp, int) or isinstance(stamp, bool) or abs(stamp) >= 2**63:
+        raise FormatError(f"{where}: stamp_ns is {stamp!r}. It must be integer nanoseconds.")
+    frame_id = line.get("frame_id", "base_link")
+    if not isinstance(frame_id, str):
+        raise FormatError(f"{where}: frame_id is {frame_id!r}. It must be a string.")
+    rows = line.get("sightings")
+    if not isinstance(rows, list):
+        raise FormatError(f"{where}: has no list 'sightings'. Write an empty list where nothing was seen.")
+    parsed = [_row(row, f"{where}: sightings[{i}]") for i, row in enumerate(rows)]
+    table = np.array([numbers for numbers, _ in parsed], dtype=np.float64).reshape(-1, 9)
+    return Sightings(
+        stamp=stamp,
+        source=source,
+        topic=topic,
+        frame_id=frame_id,
+        xy=table[:, 0:2],
+        cov=table[:, [2, 3, 3, 4]].reshape(-1, 2, 2),
+        uv=table[:, 5:7],
+        radius=table[:, 7],
+        score=table[:, 8],
+        ids=np.array([identity for _, identity in parsed], dtype=np.int64),
+    )
+
+
+def sightings_line(event: Sightings) -> str:
+    """Return one event as one line of JSON with its line end."""
+    return json.dumps(sightings_to_json(event), allow_nan=False) + "\n"
+
+
+def write_sightings(events: Iterable[Sightings], path: str | Path) -> int:
+    """Write ``sightings.jsonl`` and return the number of events; ``-`` is standard output."""
+    count = 0
+    with replacing_text(path) as stream:
+        stream.write(HEADER)
+        for event in events:
+            stream.write(sightings_line(event))
+            count += 1
+    return count
+
+
+def read_sightings(path: str | Path) -> Iterator[Sightings]:
+    """Yield the events of a ``sightings.jsonl`` one by one, as the lines come; ``-`` is standard input.
+
+    Raises:
+        FormatError: the file cannot be read, is of another version, or a line is not what it should be;
+            stamps that go back. An empty file holds no event and is no error.
+    """
+    name = "<stdin>" if str(path) == "-" else str(path)
+    last: int | None = None
+    for number, text in text_lines(path):
+        if not text.strip():
+            continue
+        where = f"{name}:{number}"
+        value = _decode(text, where)
+        if isinstance(value, dict) and "logpose" in value:
+            if value["logpose"] != SCHEMA:
+                raise FormatError(f"{where}: the file is {value['logpose']!r}, not {SCHEMA!r}. Convert it first.")
+            continue
+        event = sightings_from_json(value, where=where)
+        if last is not None and event.stamp < last:
+            raise FormatError(f"{where}: stamp_ns {event.stamp} comes after {last}. Sort the lines by time.")
+        last = event.stamp
+        yield event
+
+
+def _decode(text: str, where: str) -> object:
+    try:
+        return json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as err:
+        reason = getattr(err, "msg", None) or str(err) or "too deep"
+        raise FormatError(f"{where}: is no JSON ({reason}). Correct or remove the line.") from err
+
+
+def _refuse_constant(word: str) -> float:
+    raise ValueError(f"{word} is not allowed, missing numbers are null")
+
+
+def _row(row: object, where: str) -> tuple[list[float], int]:
+    if not isinstance(row, Mapping):
+        raise FormatError(f"{where} is no object. Write one object per sighting.")
+    cov = row.get("cov_m2")
+    if not isinstance(cov, list) or len(cov) != 3:
+        raise FormatError(f"{where}: cov_m2 is {cov!r}. It must be [xx, xy, yy].")
+    numbers = [_number(row.get(key), where, key) for key in ("x_m", "y_m")]
+    numbers += [_number(value, where, "cov_m2") for value in cov]
+    xx, xy, yy = numbers[2:]
+    if xx < 0 or yy < 0 or xy * xy > xx * yy * (1 + 1e-9):
+        raise FormatError(f"{where}: cov_m2 {cov!r} is no covariance. Its determinant must not be negative.")
+    for key in ("u_px", "v_px", "radius_px", "score"):
+        value = row.get(key)
+        numbers.append(math.nan if value is None else _number(value, where, key))
+    identity = row.get("id")
+    if identity is None:
+        return numbers, NO_ID
+    if not isinstance(identity, int) or isinstance(identity, bool) or not 0 <= identity < 2**63:
+        raise FormatError(f"{where}: id is {identity!r}. It must be null or an integer from 0.")
+    return numbers, identity
+
+
+def _number(value: object, where: str, key: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise FormatError(f"{where}: {key} is {value!r}, not a number. Correct or remove the sighting.")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise FormatError(f"{where}: {key} is not finite. Correct or remove the sighting.")
+    return number
+
+
+def _or_none(value: float) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None
