@@ -1,0 +1,102 @@
+"""Any trajectory by content: TUM, KITTI, EuRoC, ``trajectory.csv``, standard input, or a topic of a log."""
+
+from pathlib import Path
+
+import numpy as np
+
+from .errors import ConfigError, FormatError
+from .euroc import parse_euroc
+from .kitti import find_times, parse_kitti
+from .poses import check_trajectory
+from .products import Trajectory
+from .text import text_lines
+from .trajectory_csv import parse_trajectory_csv
+from .tum import parse_tum
+
+
+def read_trajectory(spec: str | Path, *, allow_repeats: bool = True) -> Trajectory:
+    """Read a trajectory.
+
+    Args:
+        spec: a file (TUM, KITTI with ``<stem>.times.txt`` or ``times.txt`` beside it, EuRoC CSV,
+            ``trajectory.csv``), ``POSES,TIMES`` (KITTI poses and their stamps), ``-`` (text on standard
+            input), or ``LOG:/topic``.
+        allow_repeats: keep poses that repeat the stamp of the one before, as the published references of TUM
+            and the estimates scored against them have; stamps that go back are always refused.
+
+    Raises:
+        FormatError: the file is missing, is no trajectory, or a line is not what it should be.
+        ConfigError: the topic is not in the log.
+    """
+    text = str(spec)
+    path, colon, topic = text.rpartition(":/")
+    if colon and path and not Path(text).exists():
+        return _read_topic(path, "/" + topic, allow_repeats)
+    poses, comma, times = text.rpartition(",")
+    if comma and not Path(text).exists() and Path(poses).exists():
+        return _parse(poses, Path(times), allow_repeats)
+    if text != "-" and Path(text).is_dir():
+        raise FormatError(f"{text}: is a folder. Name a file in it, or a topic of the log: {text}:/topic.")
+    return _parse(text, None, allow_repeats)
+
+
+def _parse(path: str, times: Path | None, allow_repeats: bool) -> Trajectory:
+    name = "<stdin>" if path == "-" else path
+    try:
+        lines = list(text_lines(path))
+    except FormatError as err:
+        if isinstance(err.__cause__, UnicodeDecodeError):
+            raise FormatError(f"{path}: is no text file. If it is a log, name a topic: {path}:/topic.") from err
+        raise
+    first = next(((number, s) for number, line in lines if (s := line.strip()) and not s.startswith("#")), None)
+    if first is None:
+        raise FormatError(f"{name}: has no poses. Name a file with at least one.")
+    number, text = first
+    if "," in text:
+        is_ours = text.replace(" ", "").split(",")[0] == "stamp_ns" or "stamp_ns" in text
+        parse = parse_trajectory_csv if is_ours else parse_euroc
+        return parse(lines, name, allow_repeats=allow_repeats)
+    columns = len(text.split())
+    if columns == 12:
+        return parse_kitti(lines, name, find_times(path) if times is None and path != "-" else times)
+    if columns == 8:
+        return parse_tum(lines, name, allow_repeats=allow_repeats)
+    raise FormatError(
+        f"{name}:{number}: has {columns} columns. A trajectory has 8 (TUM), 12 (KITTI), or commas (EuRoC, "
+        "trajectory.csv)."
+    )
+
+
+def _read_topic(log: str, topic: str, allow_repeats: bool) -> Trajectory:
+    from .events import Odometry, Pose
+    from .log import open_log
+
+    stamps: list[int] = []
+    values: list[list[float]] = []
+    covariances = []
+    frame_id = "map"
+    where = f"{log}:{topic}"
+    for event in open_log([log], {"pose": topic}):
+        if not isinstance(event, Pose | Odometry) or event.position is None or event.orientation is None:
+            continue
+        if event.topic not in {"", topic}:
+            continue
+        stamps.append(event.stamp)
+        values.append([*event.position.tolist(), *event.orientation.tolist()])
+        covariances.append(event.covariance if isinstance(event, Pose) else None)
+        frame_id = event.frame_id or frame_id
+    if not stamps:
+        raise ConfigError(f"{where}: no poses on this topic. Run 'logpose inspect {log}' to see the topics.")
+    table = np.array(values)
+    trajectory = Trajectory(
+        stamps=np.array(stamps, dtype=np.int64),
+        positions=table[:, :3],
+        orientations=table[:, 3:],
+        frame_id=frame_id,
+        covariances=np.array(covariances) if all(c is not None for c in covariances) else None,
+    )
+    try:
+        check_trajectory(trajectory, allow_repeats=allow_repeats)
+    except ValueError as err:
+        raise FormatError(f"{where}: {err}. Correct the log, or write the topic to a file and clean that.") from err
+    return trajectory
