@@ -1,0 +1,1 @@
+"""The methods, the models they share, and the engine that chains them."""
