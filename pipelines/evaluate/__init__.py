@@ -1,0 +1,1 @@
+"""Association, alignment and errors of trajectories against a reference."""

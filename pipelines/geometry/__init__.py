@@ -1,0 +1,1 @@
+"""Angles, rigid motions, cameras: pure numpy, no events."""
