@@ -1,0 +1,1 @@
+"""Worlds, robots and sensors: logs with a known truth, from forward models that share nothing with the estimators."""

@@ -1,0 +1,132 @@
+"""Flat shapes on a patch: discs, rings, squares, rectangles, hexagons, the bars between tiles, and the glow of lights.
+
+Later shapes cover earlier ones. A pixel only looks at the shapes of its own cell of a grid over the patch, so a hall
+with ten thousand shapes costs no more per pixel than one with ten.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from ...formats.events import Array
+
+DISC, RECTANGLE, ROUNDED, HEXAGON = 0, 1, 2, 3
+CELL_M = 0.2
+MARGIN_M = 0.03
+
+BarNumbers = tuple[float, float, float, float, float, float, float]
+NO_BARS = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+CellTables = tuple[
+    float, int, int, npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """One shape; ``radiance`` 1.0 fills a pixel at gain 1.
+
+    Attributes:
+        kind: DISC, RECTANGLE, ROUNDED or HEXAGON.
+        x, y: its centre on the patch [m].
+        length, width: its full size [m]; a disc's diameter, and a hexagon's width across flats, is ``length``.
+        turn: of its length against the patch's U [rad].
+        corner: radius of the corners of ROUNDED [m].
+        radiance: of its surface.
+    """
+
+    kind: int
+    x: float
+    y: float
+    length: float
+    width: float
+    radiance: float
+    turn: float = 0.0
+    corner: float = 0.0
+
+    @property
+    def reach(self) -> float:
+        """Radius of a circle around it [m]."""
+        if self.kind == DISC:
+            return self.length / 2
+        return self.length * 0.58 if self.kind == HEXAGON else float(np.hypot(self.length, self.width)) / 2
+
+    def row(self) -> list[float]:
+        """Return the numbers that ``kernels.shade`` takes."""
+        size = [self.length / 2, self.width / 2, self.corner]
+        turn = (float(np.cos(self.turn)), float(np.sin(self.turn)))
+        return [self.kind, self.x, self.y, *turn, *size, self.radiance, self.reach + MARGIN_M]
+
+
+@dataclass(frozen=True, slots=True)
+class Glow:
+    """The halo around a light: ``strength`` at its rim, half of it ``length`` away, nothing at ``reach`` [m]."""
+
+    x: float
+    y: float
+    radius: float
+    strength: float
+    length: float
+    reach: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bars:
+    """The bars between the tiles of a suspended ceiling."""
+
+    pitch: float
+    width: float
+    radiance: float
+    x: float = 0.0
+    y: float = 0.0
+
+
+@dataclass(slots=True, eq=False)
+class Drawing:
+    """Everything drawn on one patch."""
+
+    shapes: Sequence[Shape] = ()
+    glows: Sequence[Glow] = ()
+    bars: Bars | None = None
+    _tables: tuple[BarNumbers, CellTables, Array, Array] | None = field(default=None, repr=False)
+
+    def tables(self, size: Array) -> tuple[BarNumbers, CellTables, Array, Array]:
+        """Return bars, cells, shapes and glows as ``kernels.shade`` takes them, for a patch of ``size`` (2,) [m]."""
+        if self._tables is None:
+            columns, rows = (max(int(np.ceil(s / CELL_M)), 1) for s in size)
+            shape_cells = _cells([(s.x, s.y, s.reach + MARGIN_M) for s in self.shapes], columns, rows)
+            glow_cells = _cells([(g.x, g.y, g.radius + g.reach) for g in self.glows], columns, rows)
+            glows = [[g.x, g.y, g.radius, g.strength, g.length, g.reach] for g in self.glows]
+            b = self.bars
+            bars = (b.pitch, b.pitch, b.x, b.y, b.width, MARGIN_M / 2, b.radiance) if b else NO_BARS
+            self._tables = (
+                bars,
+                (CELL_M, columns, rows, *shape_cells, *glow_cells),
+                np.array([s.row() for s in self.shapes], float).reshape(-1, 10),
+                np.array(glows, float).reshape(-1, 6),
+            )
+        return self._tables
+
+
+def ring(x: float, y: float, diameter: float, inner: float, radiance: float, inside: float) -> list[Shape]:
+    """Return a ring as two discs: the outer one, and what is seen through it."""
+    return [Shape(DISC, x, y, diameter, diameter, radiance), Shape(DISC, x, y, inner, inner, inside)]
+
+
+def _cells(
+    circles: Sequence[tuple[float, float, float]], columns: int, rows: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return starts (cells + 1,) and list of the circles (x, y, radius) that reach into each cell, in their order."""
+    cells, items = [], []
+    for index, (x, y, radius) in enumerate(circles):
+        left, right = (min(max(int((x + d) // CELL_M), 0), columns - 1) for d in (-radius, radius))
+        low, high = (min(max(int((y + d) // CELL_M), 0), rows - 1) for d in (-radius, radius))
+        for row in range(low, high + 1):
+            for column in range(left, right + 1):
+                cells.append(row * columns + column)
+                items.append(index)
+    order = np.argsort(np.array(cells, np.int64), kind="stable")
+    starts = np.zeros(columns * rows + 1, np.int64)
+    np.cumsum(np.bincount(np.array(cells, np.int64), minlength=columns * rows), out=starts[1:])
+    return starts, np.array(items, np.int64)[order]
