@@ -1,0 +1,72 @@
+"""The stage ``dead-reckon``: where odometry alone leads from the start pose, to compare with."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+
+from ..formats.errors import ConfigError
+from ..formats.events import Array, Event, Odometry, Pose, Sightings
+from .engine.params import Field, Params
+from .geometry.angles import quaternion_from_yaw
+from .geometry.motion import Increment
+from .geometry.se2 import compose
+from .odometry import MISSING_ODOMETRY, MISSING_START_POSE, OdometryReader, parse_start_pose, start_pose_of
+
+SOURCE = "dead-reckon"
+
+
+class DeadReckonParams(Params):
+    """Integration of odometry."""
+
+    initial_pose: str | None = Field(
+        None, description="start pose X,Y,HEADING_DEG [m, m, deg]; not given: the pose logged as initial_pose"
+    )
+    odometry_from: Literal["auto", "pose", "twist"] = Field(
+        "auto", description="half of the odometry messages to use; auto: the pose where there is one"
+    )
+    every_s: float = Field(0.0, ge=0, description="least time between two poses [s]; 0: one per odometry message")
+
+
+def dead_reckon(events: Iterator[Event], params: DeadReckonParams) -> Iterator[Event]:
+    """Integrate odometry into poses from the same start pose as the estimators.
+
+    Yields a Pose after each Odometry message from the start pose on, and after each Sightings, so that a
+    trajectory has poses at the same stamps as the estimate.
+
+    Raises:
+        ConfigError: no start pose, or no odometry.
+        ValueError: odometry is not finite or goes back in time.
+    """
+    reader = OdometryReader(params.odometry_from)
+    pose = None if params.initial_pose is None else parse_start_pose(params.initial_pose)
+    last: int | None = None
+    for event in events:
+        yield event
+        if isinstance(event, Pose) and event.source == "initial_pose" and params.initial_pose is None:
+            reader.until(event.stamp)
+            pose, _ = start_pose_of(event)
+        elif isinstance(event, Odometry | Sightings):
+            step = reader.read(event) if isinstance(event, Odometry) else reader.until(event.stamp)
+            reader.gaps.clear()
+            if pose is None:
+                continue
+            pose = compose(pose, _as_pose(step))
+            is_due = last is None or event.stamp - last >= round(params.every_s * 1e9)
+            if reader.count and event.stamp != last and is_due:
+                last = event.stamp
+                yield _event(event.stamp, pose)
+    if reader.count == 0:
+        raise ConfigError(f"{SOURCE}: {MISSING_ODOMETRY}")
+    if pose is None:
+        raise ConfigError(f"{SOURCE}: {MISSING_START_POSE}")
+
+
+def _as_pose(u: Increment) -> Array:
+    return np.array([u.dx, u.dy, u.dtheta])
+
+
+def _event(stamp: int, pose: Array) -> Pose:
+    position = np.array([pose[0], pose[1], 0.0])
+    orientation = quaternion_from_yaw(float(pose[2]))
+    return Pose(stamp=stamp, source=SOURCE, frame_id="map", position=position, orientation=orientation)

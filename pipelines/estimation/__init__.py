@@ -1,0 +1,1 @@
+"""Weights, resampling, Kalman and least squares: pure numpy, no robot, no events."""

@@ -1,0 +1,1 @@
+"""Where a robot is under identical landmarks: a particle filter over odometry and sightings."""

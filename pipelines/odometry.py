@@ -1,0 +1,177 @@
+"""Odometry messages and start poses as the numbers that estimators work with.
+
+``OdometryReader`` turns messages into increments between instants. From poses the motion is exact; twists are
+held until the next message, and the motion to it takes the mean of both. To an instant between messages (an
+image) the motion is extrapolated with the last twist; what was extrapolated is taken off the next increment.
+"""
+
+from collections import deque
+from typing import Literal
+
+import numpy as np
+
+from ..formats.errors import ConfigError
+from ..formats.events import Array, Odometry, Pose
+from .geometry.angles import yaw_from_quaternion
+from .geometry.motion import Increment, pose_increment, twist_increment
+from .geometry.se2 import between
+
+_NS = 1e-9
+
+Twist = tuple[float, float, float]
+
+
+class OdometryReader:
+    """Motion of the robot from instant to instant.
+
+    Attributes:
+        count: messages read.
+        gaps: (stamp [ns], length [s]) of silences longer than ``gap_s``, not yet fetched by the caller.
+        twist: last v_x, v_y [m/s], omega [rad/s].
+    """
+
+    def __init__(self, odometry_from: Literal["auto", "pose", "twist"] = "auto", gap_s: float = 1.0) -> None:
+        """Choose the half of the messages to use, and the silence [s] that counts as a gap."""
+        self.odometry_from = odometry_from
+        self.gap_s = gap_s
+        self.count = 0
+        self.gaps: deque[tuple[int, float]] = deque()
+        self.twist: Twist | None = None
+        self._pose: Array | None = None
+        self._ahead = Increment()  # extrapolated since the last message
+        self._heard: int | None = None
+        self._at: int | None = None
+
+    def read(self, event: Odometry) -> Increment:
+        """Return the motion from the last instant asked for to the stamp of this message.
+
+        Raises:
+            ValueError: a number is not finite, the half that was asked for is missing, or the stamp goes
+            back.
+        """
+        pose, twist = self._halves(event)
+        if self._heard is not None and event.stamp < self._heard:
+            raise ValueError(
+                f"odometry goes back in time by {(self._heard - event.stamp) * _NS:.9f} s. "
+                "Sort the log, or drop the messages that come late."
+            )
+        self.count += 1
+        step = self._step(event.stamp, pose, twist)
+        if self._heard is not None and pose is not None and self._pose is not None and event.stamp > self._heard:
+            dt = (event.stamp - self._heard) * _NS
+            whole = between(self._pose, pose)
+            self.twist = (float(whole[0]) / dt, float(whole[1]) / dt, float(whole[2]) / dt)
+        if twist is not None:
+            self.twist = twist
+        self._pose, self._heard, self._at, self._ahead = pose, event.stamp, event.stamp, Increment()
+        return step
+
+    def until(self, stamp: int) -> Increment:
+        """Return the motion from the last instant asked for to ``stamp`` [ns], extrapolated; nothing before it."""
+        if self._at is None:
+            self._at = stamp
+        if stamp <= self._at:
+            return Increment()
+        dt = (stamp - self._at) * _NS
+        silent = 0.0 if self._heard is None else (stamp - self._heard) * _NS
+        if self.twist is None or silent > self.gap_s:
+            step = Increment(dt=dt, gap=dt if self._heard is not None else 0.0)
+        else:
+            step = twist_increment(self.twist, dt)
+        self._at = stamp
+        self._ahead = self._ahead.then(step)
+        return step
+
+    def _step(self, stamp: int, pose: Array | None, twist: Twist | None) -> Increment:
+        """Return the motion from the last instant to a message."""
+        if self._heard is None or self._at is None:
+            dt = 0.0 if self._at is None else max(0.0, (stamp - self._at) * _NS)
+            return Increment(dt=dt)
+        silent = (stamp - self._heard) * _NS
+        dt = max(0.0, (stamp - self._at) * _NS)
+        is_gap = silent > self.gap_s
+        if is_gap:
+            self.gaps.append((stamp, silent))
+        gap = dt if is_gap else 0.0
+        if pose is not None and self._pose is not None:
+            done = np.array([self._ahead.dx, self._ahead.dy, self._ahead.dtheta])
+            return pose_increment(between(done, between(self._pose, pose)), dt, gap)
+        if twist is None or self.twist is None or dt == 0.0:
+            return Increment(dt=dt, gap=gap)
+        mean = tuple(0.5 * (a + b) for a, b in zip(self.twist, twist, strict=True))
+        return twist_increment((mean[0], mean[1], mean[2]), dt, gap)
+
+    def _halves(self, event: Odometry) -> tuple[Array | None, Twist | None]:
+        """Return the pose (3,) or None, and the twist or None, as they were asked for."""
+        for name in ("position", "orientation", "linear", "angular"):
+            values = getattr(event, name)
+            if values is not None and not np.all(np.isfinite(values)):
+                raise ValueError(f"odometry {name} is not finite: {_listed(values)}. Repair or cut the log there.")
+        has_pose = event.position is not None and event.orientation is not None
+        has_twist = event.linear is not None and event.angular is not None
+        choice = self.odometry_from
+        if choice == "auto":
+            choice = "pose" if has_pose else "twist"
+            self.odometry_from = choice
+        pose, twist = None, None
+        if choice == "pose":
+            if event.position is None or event.orientation is None:
+                raise ValueError("odometry has no pose. Set odometry_from to twist.")
+            if not np.any(event.orientation):
+                raise ValueError("odometry orientation is all zeros, no rotation. Set odometry_from to twist.")
+            yaw = yaw_from_quaternion(event.orientation)
+            pose = np.array([event.position[0], event.position[1], yaw])
+        elif not has_twist:
+            raise ValueError("odometry has no twist. Set odometry_from to pose.")
+        if event.linear is not None and event.angular is not None and (choice == "twist" or np.any(event.linear)):
+            twist = (float(event.linear[0]), float(event.linear[1]), float(event.angular[2]))
+        return pose, twist
+
+
+def parse_start_pose(text: str) -> Array:
+    """Return (3,) [m, m, rad] of ``X,Y,HEADING_DEG``.
+
+    Raises:
+        ConfigError: it is not three finite numbers.
+    """
+    cells = text.split(",")
+    try:
+        x, y, heading_deg = (float(cell) for cell in cells)
+    except ValueError:
+        x = y = heading_deg = np.nan
+    if not np.all(np.isfinite([x, y, heading_deg])):
+        raise ConfigError(
+            f"initial pose {text!r}: is not three numbers. Write X,Y,HEADING_DEG [m, m, deg], as in 1.5,2,90."
+        )
+    return np.array([x, y, np.radians(heading_deg)])
+
+
+def start_pose_of(event: Pose) -> tuple[Array, Array | None]:
+    """Return the planar pose (3,) of a logged start pose, and its covariance (3, 3) in the map if it has one.
+
+    Raises:
+        ValueError: a number is not finite, or the orientation is no rotation.
+    """
+    for name in ("position", "orientation"):
+        values = getattr(event, name)
+        if not np.all(np.isfinite(values)):
+            raise ValueError(
+                f"start pose {name} is not finite: {_listed(values)}. Pass --initial-pose X,Y,HEADING_DEG."
+            )
+    if not np.any(event.orientation):
+        raise ValueError("start pose orientation is all zeros, no rotation. Pass --initial-pose X,Y,HEADING_DEG.")
+    pose = np.array([event.position[0], event.position[1], yaw_from_quaternion(event.orientation)])
+    cov = None
+    if event.covariance is not None:
+        planar = np.asarray(event.covariance)[np.ix_([0, 1, 5], [0, 1, 5])]
+        usable = np.all(np.isfinite(planar)) and np.any(planar) and np.linalg.eigvalsh(planar)[0] >= 0.0
+        cov = planar if usable else None
+    return pose, cov
+
+
+MISSING_START_POSE = "no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose."
+MISSING_ODOMETRY = "no odometry in the log. Name its topic with --topic odometry=/NAME."
+
+
+def _listed(values: Array) -> str:
+    return "[" + ", ".join(f"{float(v):g}" for v in np.ravel(values)) + "]"

@@ -1,0 +1,139 @@
+"""``pipelines/odometry.py``: messages to increments, and start poses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from logpose.formats.errors import ConfigError
+from logpose.formats.events import Odometry, Pose
+from logpose.pipelines.geometry.motion import Increment
+from logpose.pipelines.odometry import OdometryReader, parse_start_pose, start_pose_of
+
+S = 1_000_000_000
+
+
+def twist(t, v, w=0.0):
+    return Odometry(stamp=round(t * S), linear=np.array([v, 0.0, 0.0]), angular=np.array([0.0, 0.0, w]))
+
+
+def posed(t, x, y, yaw, v=None):
+    q = np.array([0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)])
+    speed = None if v is None else np.array([v, 0.0, 0.0])
+    return Odometry(
+        stamp=round(t * S), position=np.array([x, y, 0.0]), orientation=q, linear=speed,
+        angular=None if v is None else np.zeros(3),
+    )  # fmt: skip
+
+
+def total(reader, events):
+    whole = Increment()
+    for event in events:
+        whole = whole.then(reader.read(event) if isinstance(event, Odometry) else reader.until(round(event * S)))
+    return whole
+
+
+def test_first_message_moves_nothing():
+    assert OdometryReader().read(twist(5.0, 1.0)) == Increment()
+
+
+def test_twists_take_the_mean_of_both_ends():
+    assert total(OdometryReader(), [twist(0, 1.0), twist(0.5, 2.0), twist(1.0, 2.0)]).dx == pytest.approx(1.75)
+
+
+def test_extrapolation_to_an_image_is_taken_off_afterwards():
+    asked = total(OdometryReader(), [posed(0, 0, 0, 0), posed(0.1, 0.1, 0, 0), 0.15, 0.17, posed(0.2, 0.2, 0.01, 0)])
+    assert (asked.dx, asked.dy) == pytest.approx((0.2, 0.01), abs=1e-12)
+    assert asked.dt == pytest.approx(0.2)
+
+
+def test_poses_are_exact_in_any_frame():
+    u = total(OdometryReader(), [posed(0, 3, 4, 1.0), posed(0.1, 3 + math.cos(1.0), 4 + math.sin(1.0), 1.2)])
+    assert (u.dx, u.dy, u.dtheta) == pytest.approx((1.0, 0.0, 0.2), abs=1e-12)
+
+
+def test_the_other_half_can_be_asked_for():
+    events = [posed(0, 0, 0, 0, v=2.0), posed(0.5, 0.9, 0, 0, v=2.0)]
+    assert total(OdometryReader("auto"), events).dx == pytest.approx(0.9)
+    assert total(OdometryReader("twist"), events).dx == pytest.approx(1.0)
+
+
+def test_duplicate_stamps_move_nothing():
+    assert total(OdometryReader(), [twist(0, 1.0), twist(0, 1.0), twist(0.5, 1.0), twist(0.5, 1.0)]).dx == 0.5
+
+
+def test_a_gap_is_told_once_and_marked():
+    reader = OdometryReader()
+    u = total(reader, [twist(0, 1.0), twist(0.1, 1.0), twist(2.6, 1.0)])
+    assert list(reader.gaps) == [(2_600_000_000, 2.5)]
+    assert u.gap == pytest.approx(2.5)
+
+
+def test_images_in_a_gap_do_not_drive_on_for_ever():
+    u = total(OdometryReader(), [twist(0, 1.0), twist(0.1, 1.0), 0.6, 1.1, 1.6, 20.0])
+    assert u.dx == pytest.approx(1.1)
+    assert u.gap == pytest.approx(18.9, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("event", "message"),
+    [
+        (
+            Odometry(stamp=0, linear=np.array([np.nan, 0, 0]), angular=np.zeros(3)),
+            "odometry linear is not finite: [nan, 0, 0]. Repair or cut the log there.",
+        ),
+        (
+            Odometry(stamp=0, position=np.array([0, np.inf, 0]), orientation=np.array([0, 0, 0, 1.0])),
+            "odometry position is not finite: [0, inf, 0]. Repair or cut the log there.",
+        ),
+        (
+            Odometry(stamp=0, position=np.zeros(3), orientation=np.zeros(4)),
+            "odometry orientation is all zeros, no rotation. Set odometry_from to twist.",
+        ),
+        (Odometry(stamp=0), "odometry has no twist. Set odometry_from to pose."),
+    ],
+)
+def test_bad_odometry_names_the_field(event, message):
+    with pytest.raises(ValueError) as caught:
+        OdometryReader().read(event)
+    assert str(caught.value) == message
+
+
+def test_odometry_that_goes_back_is_refused():
+    reader = OdometryReader()
+    reader.read(twist(1.0, 1.0))
+    with pytest.raises(ValueError) as caught:
+        reader.read(twist(0.5, 1.0))
+    assert str(caught.value) == (
+        "odometry goes back in time by 0.500000000 s. Sort the log, or drop the messages that come late."
+    )
+
+
+def test_start_pose_is_read_in_metres_and_degrees():
+    assert parse_start_pose(" 1.5, -2,90") == pytest.approx([1.5, -2.0, math.pi / 2])
+
+
+@pytest.mark.parametrize("text", ["", "1,2", "1,2,3,4", "1,x,3", "1,2,nan", "1;2;3"])
+def test_bad_start_pose_says_what_to_write(text):
+    with pytest.raises(ConfigError) as caught:
+        parse_start_pose(text)
+    assert str(caught.value) == (
+        f"initial pose {text!r}: is not three numbers. Write X,Y,HEADING_DEG [m, m, deg], as in 1.5,2,90."
+    )
+
+
+def test_logged_start_pose_keeps_its_covariance_unless_it_is_empty():
+    event = Pose(
+        stamp=0, position=np.array([1.0, 2.0, 0.0]), orientation=np.array([0, 0, 1.0, 0]), covariance=0.04 * np.eye(6)
+    )
+    pose, cov = start_pose_of(event)
+    assert pose == pytest.approx([1.0, 2.0, math.pi])
+    assert np.array_equal(cov, 0.04 * np.eye(3))
+    empty = Pose(stamp=0, position=np.zeros(3), orientation=np.array([0, 0, 0, 1.0]), covariance=np.zeros((6, 6)))
+    assert start_pose_of(empty)[1] is None
+
+
+def test_logged_start_pose_that_is_none_is_refused():
+    with pytest.raises(ValueError) as caught:
+        start_pose_of(Pose(stamp=0, position=np.array([np.nan, 0, 0]), orientation=np.array([0, 0, 0, 1.0])))
+    assert str(caught.value) == ("start pose position is not finite: [nan, 0, 0]. Pass --initial-pose X,Y,HEADING_DEG.")
