@@ -1,0 +1,208 @@
+"""What a report keeps of a run: numbers per pose and per image, no images, no events.
+
+A ``Track`` is one source's poses as arrays; ``TrackBuilder`` grows one in compact buffers (about 80 bytes per pose).
+``Findings`` is everything a page is made from; pictures and tables take it and leave out what is not there.
+"""
+
+import math
+from array import array
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from ...formats.events import Array, Notice
+from ...formats.products import LandmarkMap
+from ..geometry.angles import yaw_from_quaternion
+
+TRUTH = "truth"
+START_POSE = "initial_pose"
+DEAD_RECKON = "dead-reckon"
+TRUE_SIGHTINGS = "true_sightings"
+LOGGED = "pose"
+"""Poses that another program had logged."""
+
+Stamps = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Track:
+    """The poses of one source over time.
+
+    Attributes:
+        source: who says so: ``truth``, or the name of a stage.
+        stamps: (N,) [ns].
+        xy: (N, 2) in the map frame [m].
+        heading: (N,) in (-pi, pi] [rad].
+        covariance: (N, 3, 3) of x, y, heading [m, rad]; nan where the source gave none.
+        n_seen, n_matched: (N,) landmarks seen and matched for each pose; nan where not said.
+        status: of each pose, an index into ``status_words``; -1 where not said.
+        status_words: in order of appearance.
+    """
+
+    source: str
+    stamps: Stamps
+    xy: Array
+    heading: Array
+    covariance: Array
+    n_seen: Array
+    n_matched: Array
+    status: npt.NDArray[np.int64]
+    status_words: Sequence[str] = ()
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        return len(self.stamps)
+
+    @property
+    def length(self) -> float:
+        """Path length [m]; grows with the noise of the poses."""
+        return float(np.nansum(np.hypot(*np.diff(self.xy, axis=0).T)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Counts:
+    """How many landmarks each image has, by one source.
+
+    Attributes:
+        source: who says so.
+        stamps: (N,) [ns].
+        n: (N,).
+    """
+
+    source: str
+    stamps: Stamps
+    n: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Findings:
+    """Everything a report is made from.
+
+    Attributes:
+        estimates: by source, in order of appearance; the first that is not dead reckoning is the one in question.
+        truth: None when not known.
+        seen: what was detected, per image; None when there were no sightings.
+        matched: what the primary estimate took for landmarks of the map, per image; None when it did not say.
+        landmarks: the map that was used, or None.
+        matched_ids: landmarks that were matched at least once; empty when nobody said.
+        results: what the stages summed up, by source; ``run`` is the run itself.
+        notices: what a person should know, the first of each code, with how often.
+    """
+
+    estimates: Mapping[str, Track] = field(default_factory=dict)
+    truth: Track | None = None
+    seen: Counts | None = None
+    matched: Counts | None = None
+    landmarks: LandmarkMap | None = None
+    matched_ids: frozenset[int] = frozenset()
+    results: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+    notices: Sequence[tuple[Notice, int]] = ()
+
+    @property
+    def primary(self) -> Track | None:
+        """The estimate the report is about."""
+        return primary_of(self.estimates)
+
+    @property
+    def start(self) -> int:
+        """Stamp of the earliest thing known; the zero of all time axes [ns]."""
+        tracks: list[Track | Counts | None] = [*self.estimates.values(), self.truth, self.seen]
+        stamps = [int(track.stamps[0]) for track in tracks if track is not None and len(track.stamps)]
+        return min(stamps, default=0)
+
+    @property
+    def evaluation(self) -> Mapping[str, object]:
+        """What an evaluation against the truth found; empty when there was none."""
+        return next((self.results[name] for name in ("evaluation", "evaluate") if name in self.results), {})
+
+    @property
+    def waypoints(self) -> list["Waypoint"]:
+        """The way points an evaluation told of, or none."""
+        found = self.evaluation.get("waypoints")
+        return (
+            [Waypoint.read(point) for point in found if isinstance(point, Mapping)] if isinstance(found, list) else []
+        )
+
+
+def primary_of(estimates: Mapping[str, Track]) -> Track | None:
+    """Return the first track that was estimated from more than odometry, or the first."""
+    tracks = list(estimates.values())
+    others = (track for track in tracks if track.source not in {DEAD_RECKON, LOGGED})
+    return next(others, tracks[0] if tracks else None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Waypoint:
+    """The pass of one way point, as an evaluation tells it; nan for what it does not tell.
+
+    Attributes:
+        name: of the way point.
+        x, y: where the robot was [m].
+        estimate_x, estimate_y: where the estimate was [m].
+        dx, dy, distance: estimate minus way point [m].
+    """
+
+    name: str
+    x: float
+    y: float
+    estimate_x: float
+    estimate_y: float
+    dx: float
+    dy: float
+    distance: float
+
+    @classmethod
+    def read(cls, point: Mapping[str, object]) -> "Waypoint":
+        """Take a way point from an evaluation."""
+        keys = ("x", "y", "estimate_x", "estimate_y", "dx", "dy", "distance")
+        return cls(name=str(point.get("name", "")), **{key: _number(point.get(f"{key}_m")) for key in keys})
+
+
+class TrackBuilder:
+    """Grows a track pose by pose."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self._stamps, self._numbers, self._status = array("q"), array("d"), array("q")
+        self._words: dict[str, int] = {}
+
+    def add(
+        self,
+        stamp: int,
+        position: Array,
+        orientation: Array,
+        covariance: Array | None = None,
+        info: Mapping[str, object] | None = None,
+    ) -> None:
+        """Append a pose: (3,) [m], quaternion (4,) x, y, z, w, (6, 6) of x, y, z, roll, pitch, yaw."""
+        info = info or {}
+        heading = yaw_from_quaternion(orientation)
+        used = (0, 1, 5)
+        cells = [math.nan] * 9 if covariance is None else [float(covariance[i, j]) for i in used for j in used]
+        self._stamps.append(stamp)
+        self._numbers.extend([float(position[0]), float(position[1]), heading, *cells])
+        self._numbers.extend([_number(info.get("n_seen")), _number(info.get("n_matched"))])
+        word = info.get("status")
+        self._status.append(-1 if word is None else self._words.setdefault(str(word), len(self._words)))
+
+    def build(self) -> Track:
+        """Return what was added so far."""
+        numbers = np.array(self._numbers, dtype=np.float64).reshape(-1, 14)
+        return Track(
+            source=self.source,
+            stamps=np.array(self._stamps, dtype=np.int64),
+            xy=numbers[:, 0:2],
+            heading=numbers[:, 2],
+            covariance=numbers[:, 3:12].reshape(-1, 3, 3),
+            n_seen=numbers[:, 12],
+            n_matched=numbers[:, 13],
+            status=np.array(self._status, dtype=np.int64),
+            status_words=tuple(self._words),
+        )
+
+
+def _number(value: object) -> float:
+    value = value.item() if hasattr(value, "item") else value
+    return float(value) if isinstance(value, int | float) else math.nan

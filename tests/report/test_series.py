@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from logpose.pipelines.report.drawing import drawing
+from logpose.pipelines.report.series import (
+    LARGEST_BIN,
+    draw_errors,
+    draw_histogram,
+    draw_sightings,
+    extremes,
+    stretches,
+    time_unit,
+)
+
+
+def test_the_histogram_prints_every_count(findings):
+    with drawing():
+        axes = draw_histogram(findings).axes[0]
+    counts = np.bincount(findings.seen.n)
+    assert [text.get_text() for text in axes.texts][: len(counts)] == [str(count) for count in counts]
+    assert counts.sum() == len(findings.seen.n)
+
+
+def test_a_crowded_image_falls_into_the_last_bar(collect, make):
+    with drawing():
+        axes = draw_histogram(collect([make.sightings(1, np.zeros((40, 2)))])).axes[0]
+    assert axes.get_xticklabels()[-1].get_text() == f"{LARGEST_BIN}+"
+    assert axes.texts[-1].get_text() == "1"
+
+
+def test_blind_images_are_marked_and_counted(findings):
+    with drawing():
+        figure = draw_sightings(findings)
+    blind = int((findings.seen.n == 0).sum())
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert f"no landmark in the image ({blind} of {len(findings.seen.n)} images)" in labels
+
+
+def test_errors_have_units_and_the_band_of_the_covariance(findings):
+    with drawing():
+        axes = draw_errors(findings).axes
+    labels = [a.get_ylabel() for a in axes]
+    assert labels == ["distance from\nthe truth [m]", "x error [m]", "y error [m]", "heading error [°]"]
+    assert axes[0].get_yscale() == "log"
+    assert axes[-1].get_xlabel() == "time since the start [s]"
+    band = axes[3].collections[0].get_datalim(axes[3].transData)
+    largest = 3 * np.degrees(np.sqrt(findings.primary.covariance[:, 2, 2].max()))
+    assert (band.y0, band.y1) == (pytest.approx(-largest), pytest.approx(largest))
+
+
+def test_without_truth_there_is_no_picture_of_errors(collect, odd_runs):
+    with drawing():
+        assert draw_errors(collect(odd_runs["east"])) is None
+        assert draw_errors(collect(odd_runs["truth of another day"])) is None
+
+
+def test_stretches_keep_mean_and_range():
+    t, values = np.arange(1000.0), np.arange(1000.0) % 10
+    middle, mean, low, high = stretches(t, values, 10)
+    assert len(middle) == 10
+    assert mean == pytest.approx(np.full(10, 4.5), abs=0.1)
+    assert (low.tolist(), high.tolist()) == ([0.0] * 10, [9.0] * 10)
+
+
+def test_extremes_lose_no_peak():
+    rng = np.random.default_rng(1)
+    values = rng.normal(size=100_000)
+    chosen = extremes(np.arange(100_000.0), values, 200)
+    assert len(chosen) <= 400
+    assert (np.diff(chosen) > 0).all()
+    assert (values[chosen].max(), values[chosen].min()) == (values.max(), values.min())
+
+
+def test_extremes_keep_gaps():
+    values = np.full(10_000, np.nan)
+    values[:2000] = 1.0
+    chosen = extremes(np.arange(10_000.0), values, 100)
+    assert np.isnan(values[chosen]).any()
+    assert np.isfinite(values[chosen]).any()
+
+
+def test_long_logs_have_a_time_axis_in_minutes(collect, make):
+    long = collect([make.pose(0, 0.0, 0.0, 0.0), make.pose(3601 * 10**9, 1.0, 0.0, 0.0)])
+    assert time_unit(long) == ("min", 60e9)
