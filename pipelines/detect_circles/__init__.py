@@ -1,0 +1,1 @@
+"""Round lamps and stickers in images of a ceiling."""

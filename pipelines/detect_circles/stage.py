@@ -1,0 +1,195 @@
+"""The stages ``detect-circles`` and ``write-overlays``: events to arrays and back."""
+
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...formats.calibration import Calibration, read_calibration
+from ...formats.errors import ConfigError
+from ...formats.events import NO_ID, Event, Image, Mount, Notice, Sightings
+from ...formats.images import grey
+from ...formats.landmarks import read_landmarks
+from ...formats.png import write_png
+from ..engine.stage import per_message
+from ..geometry.camera import Camera
+from ..geometry.so3 import as_matrix
+from . import paper
+from .detect import Array, Circles, Plane, Search, find_circles
+from .overlay import draw_overlay
+from .params import DetectCirclesParams, WriteOverlaysParams
+from .radius import default_radii, expected_radii
+from .sighting import View, upward_rotation
+
+NAME = "detect-circles"
+LEVEL_M = 0.05
+"""Landmarks whose heights differ by less lie on one ceiling [m]."""
+
+
+@per_message
+def detect_circles(event: Image, params: DetectCirclesParams) -> Iterable[Event]:
+    """Find round lamps or stickers on the ceiling: one record per image, also when there is nothing in it.
+
+    Raises:
+        ConfigError: no calibration, one of another image size, an unknown ceiling height or one below the lens.
+        ValueError: an image that cannot be decoded.
+    """
+    pixels = grey(event)
+    height, width = pixels.shape
+    setup = _setup_of(event, params)
+    if (setup.view.width, setup.view.height) != (width, height):
+        calibrated = f"{setup.view.width}x{setup.view.height}"
+        raise ConfigError(
+            f"{NAME}: the images on {_topic(event)} are {width}x{height} px, their calibration is for {calibrated} px. "
+            "Give the calibration of this camera and image size with --camera FILE."
+        )
+    if params.method == "paper":
+        circles = paper.find_circles_hough(pixels, setup.hough)
+    else:
+        circles = find_circles(pixels, setup.search, setup.plane)
+    xy, cov = setup.view.sight(circles.uv, circles.cov, np.radians(params.tilt_deg))
+    if params.method == "paper":
+        xy = paper.sight(circles.uv, setup.view)
+    if setup.notice:
+        yield Notice(stamp=event.stamp, source=NAME, code="radius-range", message=setup.notice)
+    yield _sightings(event.stamp, circles, xy, cov)
+
+
+def write_overlays(events: Iterator[Event], params: WriteOverlaysParams) -> Iterator[Event]:
+    """Write a picture per image with what ``detect-circles`` found in it."""
+    image: Image | None = None
+    n = 0
+    for event in events:
+        yield event
+        if isinstance(event, Image):
+            image = event
+        elif isinstance(event, Sightings) and event.source == NAME and image is not None:
+            if n % params.every == 0 and image.stamp == event.stamp:
+                picture = draw_overlay(grey(image), event.uv, event.radius, event.score)
+                write_png(Path(params.path) / f"{event.stamp}.png", picture)
+            n += 1
+
+
+class _Setup(NamedTuple):
+    """What follows from parameters, calibration and mount, made once."""
+
+    view: View
+    plane: Plane | None
+    search: Search
+    hough: paper.HoughSearch
+    notice: str
+
+
+def _setup_of(event: Image, params: DetectCirclesParams) -> _Setup:
+    calibration = _camera_file(params.camera) if params.camera else event.calibration
+    if calibration is None:
+        raise ConfigError(
+            f"{NAME}: there is no calibration for the images on {_topic(event)} (no CameraInfo in the log). "
+            "Pass one with --camera FILE."
+        )
+    return _setup(calibration, _mount_key(event.mount), params)
+
+
+@lru_cache(maxsize=8)
+def _setup(
+    calibration: Calibration, mount: tuple[tuple[float, ...], tuple[float, ...]] | None, params: DetectCirclesParams
+) -> _Setup:
+    if mount is None:
+        translation = np.array([params.mount_x_m, params.mount_y_m, params.mount_z_m])
+        rotation = upward_rotation(np.radians(params.mount_yaw_deg))
+    else:
+        translation, rotation = np.array(mount[0]), as_matrix(np.array(mount[1]))
+    try:
+        c = calibration
+        view = View(
+            camera=Camera(c.fx, c.fy, c.cx, c.cy, c.model, c.distortion),
+            width=c.width,
+            height=c.height,
+            rotation=rotation,
+            translation=translation,
+            ceiling_m=_ceiling_m(params),
+            is_flipped=params.flip_x,
+        )
+        radii, notice = _radii(view, params)
+        search = Search(*radii, polarity=params.polarity, sigma_px=params.sigma_px)
+    except ValueError as err:
+        raise ConfigError(f"{NAME}: {err}.") from err
+    hough = paper.HoughSearch(
+        *radii,
+        polarity=params.polarity,
+        blur_px=params.blur_px | 1,
+        threshold=params.threshold,
+        canny=params.hough_canny,
+        votes=params.hough_votes,
+        sigma_px=params.hough_sigma_px,
+    )
+    return _Setup(view, view.plane() if params.method == "best" else None, search, hough, notice)
+
+
+def _radii(view: View, params: DetectCirclesParams) -> tuple[tuple[float, float], str]:
+    """Return the radius range, and what a person should know of it."""
+    notice = ""
+    if params.lamp_diameter_m is not None:
+        least, most = expected_radii(view, params.lamp_diameter_m)
+    else:
+        least, most = default_radii(view.width)
+        if params.min_radius_px is None or params.max_radius_px is None:
+            notice = (
+                f"the size of the lamps is not known, so circles of {params.min_radius_px or least:.3g} to "
+                f"{params.max_radius_px or most:.3g} px radius are looked for; set {NAME}.lamp_diameter_m to be precise"
+            )
+    return (params.min_radius_px or least, params.max_radius_px or most), notice
+
+
+@lru_cache(maxsize=8)
+def _ceiling_of_map(path: str) -> float:
+    heights = read_landmarks(path).positions[:, 2]
+    if heights.max() - heights.min() > LEVEL_M:
+        raise ConfigError(
+            f"{NAME}: the landmarks of {path} lie at heights from {heights.min():.6g} to {heights.max():.6g} m, "
+            "not on one ceiling. Pass the height of the features to look for with --ceiling M."
+        )
+    if not heights.max() > 0:
+        raise ConfigError(f"{NAME}: the landmarks of {path} have no height (z_m). Pass it with --ceiling M.")
+    return float(np.median(heights))
+
+
+def _ceiling_m(params: DetectCirclesParams) -> float:
+    if params.ceiling_m is not None:
+        return params.ceiling_m
+    if params.map is not None:
+        return _ceiling_of_map(params.map)
+    raise ConfigError(
+        f"{NAME}: the height of the ceiling is not known. Pass it with --ceiling M (above base_link), "
+        "or a landmark map with --map FILE."
+    )
+
+
+@lru_cache(maxsize=8)
+def _camera_file(path: str) -> Calibration:
+    return read_calibration(path)
+
+
+def _mount_key(mount: Mount | None) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    return None if mount is None else (tuple(mount.translation.tolist()), tuple(mount.rotation.tolist()))
+
+
+def _topic(event: Image) -> str:
+    return event.topic or "this log"
+
+
+def _sightings(stamp: int, circles: Circles, xy: Array, cov: Array) -> Sightings:
+    is_placed = np.isfinite(xy).all(axis=1)  # a pixel whose ray does not rise lies on no ceiling
+    return Sightings(
+        stamp=stamp,
+        source=NAME,
+        frame_id="base_link",
+        xy=xy[is_placed],
+        cov=cov[is_placed],
+        uv=circles.uv[is_placed],
+        radius=circles.radius[is_placed],
+        score=circles.score[is_placed],
+        ids=np.full(int(is_placed.sum()), NO_ID, dtype=np.int64),
+    )
