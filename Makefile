@@ -30,11 +30,11 @@ setup: $(READY)
 
 demo: $(READY)
 	$(BIN)/logpose inspect $(SAMPLE).mcap
-	$(BIN)/logpose localize-pf $(SAMPLE).mcap --map $(SAMPLE).landmarks.yaml --waypoints $(SAMPLE).waypoints.yaml -o demo
+	$(BIN)/logpose localize-pf $(SAMPLE).mcap --map $(SAMPLE).landmarks.yaml --lamp-diameter 0.135 --waypoints $(SAMPLE).waypoints.yaml -o demo
 	@echo "open demo/report.html"
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 format: $(READY)
 	$(BIN)/ruff format .
@@ -47,7 +47,7 @@ lint: $(READY)
 # mypy finds the package by its name, whatever the folder of the checkout is called.
 types: $(READY)
 	mkdir -p .build && ln -sfn .. .build/logpose
-	MYPYPATH=.build $(BIN)/mypy -p logpose
+	MYPYPATH=.build $(BIN)/mypy -p logpose.cli -p logpose.formats -p logpose.pipelines
 
 wheel: $(READY)
 	rm -rf dist build
@@ -69,8 +69,8 @@ bench: $(READY)
 	$(BIN)/python benchmarks/job_speed.py
 
 picture: $(READY)
-	$(BIN)/logpose run papers/ceiling/headline.yaml build/ceiling/drive1.mcap -q -o build/ceiling/headline
-	cp build/ceiling/headline/ceiling.png docs/ceiling.png
+	$(BIN)/logpose run papers/ceiling/headline.yaml papers/ceiling/runs/drive1.mcap -q -o papers/ceiling/runs/headline
+	cp papers/ceiling/runs/headline/ceiling.png docs/ceiling.png
 
 samples: $(READY)
 	$(BIN)/logpose simulate $(SAMPLE).world.yaml -o $(SAMPLE).mcap

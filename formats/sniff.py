@@ -72,10 +72,13 @@ def image_encoding(head: bytes) -> str:
     return ""
 
 
+_IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
+
+
 def image_files(folder: Path) -> list[Path]:
-    """Return the image files of a folder, sorted by name."""
+    """Return the image files of a folder, sorted by name; also what is only called one, so that it can be counted."""
     files = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
-    return [p for p in files if image_encoding(_head(p))]
+    return [p for p in files if image_encoding(_head(p)) or p.suffix.lower() in _IMAGE_SUFFIXES]
 
 
 def storage_files(folder: Path) -> list[Path]:

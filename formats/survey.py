@@ -71,6 +71,7 @@ class Survey:
         topics: by name.
         first_ns, last_ns: first and last log time, None for a log without messages.
         problems: one line each.
+        has_loss: a file is cut off or damaged, so that messages are missing.
     """
 
     inputs: tuple[InputFile, ...]
@@ -78,6 +79,7 @@ class Survey:
     first_ns: int | None
     last_ns: int | None
     problems: tuple[str, ...] = ()
+    has_loss: bool = False
 
 
 @dataclass(slots=True)
@@ -116,7 +118,8 @@ def survey(paths: Sequence[str | Path]) -> Survey:
             _look_into(note, channel, log_time, data)
     topics = tuple(_summed_up(name, notes[name], opened, problems) for name in sorted(notes))
     times = [t for note in notes.values() for t in (note.log_times[:1] + note.log_times[-1:])]
-    return Survey(opened.files, topics, min(times, default=None), max(times, default=None), tuple(problems))
+    has_loss = any(c.is_cut for c in opened.containers) or any(note.lost for note in notes.values())
+    return Survey(opened.files, topics, min(times, default=None), max(times, default=None), tuple(problems), has_loss)
 
 
 def _all_records(

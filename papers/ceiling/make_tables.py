@@ -1,7 +1,7 @@
 """Reproduces Tables 4 and 5 of the paper: renders its experiment five times and runs both methods on it.
 
-``make tables`` calls it; it takes some minutes. Logs and run folders go to ``build/ceiling``; a log that is there is
-used again, so delete the folder after changing the world or the renderer.
+``make tables`` calls it; it takes some minutes. Logs and run folders go to ``papers/ceiling/runs``; a log that is there
+is used again, so delete the folder after changing the world or the renderer.
 """
 
 import argparse
@@ -35,6 +35,8 @@ def one_run(seed: int, work: Path) -> None:
             log,
             "--map",
             log.with_suffix(".landmarks.yaml"),
+            "--lamp-diameter",
+            "0.135",
             "--waypoints",
             log.with_suffix(".waypoints.yaml"),
             "--method",
@@ -54,7 +56,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--work", type=Path, default=HERE.parent.parent / "build" / "ceiling")
+    parser.add_argument("--work", type=Path, default=HERE / "runs")
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(args.jobs) as pool:

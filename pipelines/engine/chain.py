@@ -123,7 +123,8 @@ def _located(err: Exception, stage: BoundStage, event: Event | None) -> LogposeE
     elif isinstance(err, ValueError) and not isinstance(err, UnicodeError):
         reason = str(err)
     else:
-        reason = f"{type(err).__name__}: {err}. This is a fault of logpose; --traceback shows where"
+        text = " ".join(str(err).split())  # a compiler's complaint has many lines
+        reason = f"{type(err).__name__}: {text}. This is a fault of logpose; --traceback shows where"
     located = StageError(
         f"{stage.where}: stage {stage.spec.name!r} failed at {_describe(event)}: {reason.rstrip('.')}."
     )

@@ -4,8 +4,6 @@ import importlib.metadata
 import json
 import math
 import platform
-import resource
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +32,7 @@ class Result:
         results: what each stage summed up, by source.
         notices: by code, the first one and how often.
         out: the run folder, or None.
+        peak_memory_mib: largest resident size when the run had ended [MiB].
     """
 
     status: ExitStatus
@@ -43,6 +42,7 @@ class Result:
     results: Mapping[str, Mapping[str, object]]
     notices: Mapping[str, tuple[Notice, int]]
     out: Path | None
+    peak_memory_mib: float = 0.0
 
 
 def messages_json(log: Log) -> dict[str, object]:
@@ -100,7 +100,7 @@ def as_mapping(result: Result, command: Sequence[str]) -> dict[str, object]:
                 [result.chain.source, *result.chain.tallies], result.chain.seconds().values(), strict=True
             )
         ],
-        "peak_memory_mib": round(peak_memory_mib(), 1),
+        "peak_memory_mib": round(result.peak_memory_mib, 1),
         "versions": {
             "python": platform.python_version(),
             **{name: importlib.metadata.version(name) for name in LIBRARIES},
@@ -118,12 +118,6 @@ def input_files(result: Result) -> list[InputFile]:
             if role is not None and role.kind == "input" and value not in {None, "-"} and Path(value).is_file():
                 found[value] = InputFile(value, Path(value).stat().st_size)
     return list(found.values())
-
-
-def peak_memory_mib() -> float:
-    """Return the largest resident size of this process so far [MiB]."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / 1024 if sys.platform != "darwin" else peak / 1024**2
 
 
 def dump_json(value: object) -> str:

@@ -13,6 +13,7 @@ from ...formats.errors import ConfigError, ExitStatus
 from ...formats.events import Event, Notice, Summary
 from ...formats.files import replacing_text
 from ...formats.log import Log, Window, open_log
+from ...formats.process import peak_memory_mib
 from .allocator import keep_buffers
 from .catalog import Table
 from .chain import Chain
@@ -75,6 +76,7 @@ def run(request: Request, table: Table, watch: Watch | None = None) -> Result:
         results=results,
         notices=notices,
         out=request.out,
+        peak_memory_mib=peak_memory_mib(),
     )
     if request.out is not None:
         with replacing_text(out / "run.yaml") as file:

@@ -72,6 +72,7 @@ def nearest(stamps: Stamps, others: Stamps, max_diff: int) -> tuple[Indices, Ind
         low, middle, high = (int(s) / 1_000_000_000 for s in (others[before[k]], stamps[k], others[after[k]]))
         is_before[k] = middle - low <= high - middle
     partner = np.where(is_before, before, after)
+    partner = np.searchsorted(others, others[partner], side="right") - 1  # the last one of those that share its stamp
     difference = np.abs(others[partner] - stamps)
     kept = difference <= max_diff
     # One to one: of the stamps that want one partner only the nearest keeps it, of equally near ones the first.

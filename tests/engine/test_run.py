@@ -28,22 +28,24 @@ def log(tmp_path):
             stamp = (i + 1) * 100_000_000
             writer.write(
                 Image(
-                    stamp=stamp, topic="/cam", frame_id="cam", encoding="mono8",
-                    data=np.zeros(4 * 3, np.uint8), width=4, height=3, step=4,
+                    stamp=stamp,
+                    topic="/cam",
+                    frame_id="cam",
+                    encoding="mono8",
+                    data=np.zeros(4 * 3, np.uint8),
+                    width=4,
+                    height=3,
+                    step=4,
                 )
             )
             writer.write(
-                Odometry(
-                    stamp=stamp, topic="/odom", frame_id="odom", linear=np.array([0.1, 0, 0]), angular=np.zeros(3)
-                )
+                Odometry(stamp=stamp, topic="/odom", frame_id="odom", linear=np.array([0.1, 0, 0]), angular=np.zeros(3))
             )
     return path
 
 
 def request(log, out, text=PIPELINE, **kwargs):
-    return Request(
-        command=["run"], document=parse_document(text, "p.yaml", Path()), logs=[str(log)], out=out, **kwargs
-    )
+    return Request(command=["run"], document=parse_document(text, "p.yaml", Path()), logs=[str(log)], out=out, **kwargs)
 
 
 def test_a_run_counts_what_it_read_and_leaves_its_pipeline_and_report(stages, log, tmp_path):
@@ -54,7 +56,9 @@ def test_a_run_counts_what_it_read_and_leaves_its_pipeline_and_report(stages, lo
     assert report["schema"] == "logpose.report/1"
     assert report["messages"]["/cam"] == {"announced": 20, "read": 20, "used": 20, "dropped": 0, "why": {}}
     assert [(s["name"], s["events_in"], s["events_out"]) for s in report["stages"]] == [
-        ("read", 0, 41), ("square", 41, 61), ("count", 61, 82),
+        ("read", 0, 41),
+        ("square", 41, 61),
+        ("count", 61, 82),
     ]
     assert report["inputs"][0]["path"] == str(log)
     assert report["peak_memory_mib"] > 10
@@ -83,7 +87,10 @@ def test_a_role_can_be_left_out(stages, log, tmp_path):
 
 def test_no_log_and_a_failing_stage_leave_no_folder(stages, log, tmp_path):
     with pytest.raises(ConfigError, match=r"p\.yaml: no log given\. Name a bag, an MCAP file or a folder of images\."):
-        run(Request(command=[], document=parse_document(PIPELINE, "p.yaml", Path()), logs=[], out=tmp_path / "o"), stages.TABLE)
+        run(
+            Request(command=[], document=parse_document(PIPELINE, "p.yaml", Path()), logs=[], out=tmp_path / "o"),
+            stages.TABLE,
+        )
     bad = tmp_path / "bad.mcap"
     with create_log(bad) as writer:
         writer.write(Odometry(stamp=666, topic="/odom", linear=np.zeros(3), angular=np.zeros(3)))

@@ -32,6 +32,13 @@ def test_poses_that_share_a_stamp_are_both_scored():
     assert (i.tolist(), j.tolist()) == ([1, 2], [0, 0])
 
 
+def test_of_partners_that_share_a_stamp_the_last_one_is_taken_from_both_sides():
+    i, j = nearest(np.array([203, 204]), np.array([204, 204]), 1)
+    assert (i.tolist(), j.tolist()) == ([1], [1])
+    i, j = nearest(np.array([203]), np.array([204, 204]), 1)
+    assert (i.tolist(), j.tolist()) == ([0], [1])
+
+
 def test_of_equally_near_partners_the_nearer_in_floating_point_seconds_is_taken():
     # 1.65 ms to both in nanoseconds, but not in floats, which round these stamps to 2.4e-7 s: evo takes the later one.
     others = np.array([1311868226309300000, 1311868226312600000])

@@ -88,3 +88,13 @@ def test_a_wrong_table_names_its_line(tmp_path, text, message):
     with pytest.raises(FormatError) as error:
         open_log(folder, {"image": "auto"})
     assert str(error.value) == f"{folder}/{message}"
+
+
+def test_a_file_that_is_only_called_an_image_is_counted_as_lost(tmp_path):
+    folder = fill(tmp_path / "f", ["1.png", "2.png"])
+    (folder / "3.png").write_bytes(b"not an image at all")
+    log = open_log(folder, {"image": "auto"})
+    assert len(list(log)) == 2
+    (count,) = log.counts.values()
+    assert (count.read, count.dropped, dict(count.why)) == (2, 1, {"not an image": 1})
+    assert log.has_loss

@@ -46,7 +46,7 @@ def test_what_is_written_is_what_was_simulated(small, tmp_path, suffix):
     assert table.frame_id == "map"
     assert table.stamps.tolist() == [e.stamp for e in made if e.source == "truth"]
     assert waypoints.read_text() == (
-        'logpose: waypoints/1\nwaypoints:\n  - {name: A, x_m: 1.5, y_m: 1.5}\n  - {name: B, x_m: 3.0, y_m: 1.5}\n'
+        "logpose: waypoints/1\nwaypoints:\n  - {name: A, x_m: 1.5, y_m: 1.5}\n  - {name: B, x_m: 3.0, y_m: 1.5}\n"
     )
 
 
