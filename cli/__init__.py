@@ -1,0 +1,1 @@
+"""Words typed in a shell become function calls; one file per subcommand, no mathematics."""

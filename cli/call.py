@@ -1,0 +1,152 @@
+"""How a pipeline subcommand becomes a run: its bundled pipeline, with its options laid over it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..formats.errors import ConfigError
+from ..formats.log import ROLES, parse_window
+from ..pipelines.catalog import PIPELINES, STAGES
+from ..pipelines.engine.catalog import load_stage
+from ..pipelines.engine.document import Document, StageEntry, Value, read_document
+from ..pipelines.engine.dump import dump_pipeline
+from ..pipelines.engine.pipeline import assign, bind, overlay
+from ..pipelines.engine.report import report_json
+from ..pipelines.engine.run import Request, run
+from .options import setting
+from .talk import Talk, depfile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Call:
+    """What a pipeline subcommand was asked for: the shared options, and what its own flags add.
+
+    Attributes:
+        name: of the bundled pipeline, or of the pipeline file for ``run``.
+        options: the values of ``run_options``.
+        flags: option -> the parameters (``stage.key``) its value goes to, if it is given.
+        swaps: stage -> stage that takes its place, with its parameters.
+        inserts, appends: stages put in front and at the end.
+        topics: roles whose topic the subcommand's flags decide.
+        streams: writer that stays, with its path on standard output, under ``-o -``.
+    """
+
+    name: str
+    options: Mapping[str, Any]
+    flags: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    swaps: Mapping[str, tuple[str, Mapping[str, object]]] = field(default_factory=dict)
+    inserts: tuple[tuple[str, Mapping[str, object]], ...] = ()
+    appends: tuple[tuple[str, Mapping[str, object]], ...] = ()
+    streams: str | None = None
+    topics: Mapping[str, str] = field(default_factory=dict)
+
+
+def execute(call: Call) -> int:
+    """Build the document of a call, run it, say what came out, and return the exit status."""
+    options = call.options
+    bundled = PIPELINES.get(call.name)
+    document = read_document(bundled, bundled.name) if bundled else read_document(Path(call.name))
+    document = _dressed(document, call)
+    is_stream = options["output"] == "-"
+    if is_stream:
+        _refuse_with_stream(options)
+        document = _stream_only(document, call)
+    out = Path() if is_stream else Path(options["output"] or _default_folder(call))
+    if options["show_pipeline"]:
+        click.echo(dump_pipeline(bind(document, STAGES, out), Path(), out, with_workers=True), nl=False)
+        return 0
+    talk = Talk(quiet=options["quiet"])
+    request = Request(
+        command=[call.name, *map(str, options["logs"])],
+        document=document,
+        logs=options["logs"],
+        out=None if is_stream else out,
+        stamp=options["stamp"] or "header",
+        window=parse_window(options["start"], options["end"], options["duration"]),
+    )
+    with talk:
+        result = run(request, STAGES, talk.watch)
+    talk.conclude(result)
+    if options["as_json"]:
+        click.echo(report_json(result, request.command), nl=False)
+    if options["depfile"]:
+        depfile(options["depfile"], result)
+    return int(result.status)
+
+
+def _dressed(document: Document, call: Call) -> Document:
+    """Lay ``-c`` files, ``--set`` and flags over the bundled pipeline, in this order."""
+    for path in call.options["config"]:
+        document = overlay(document, read_document(Path(path)))
+    here = Path()
+    swapped = [_entry(*call.swaps[entry.name]) if entry.name in call.swaps else entry for entry in document.stages]
+    front, end = ([_entry(*item) for item in items] for items in (call.inserts, call.appends))
+    document = replace(document, stages=(*front, *swapped, *end))
+    given = (setting(text) for text in call.options["settings"])
+    settings = [(key, Value(value, "--set", here)) for key, value in given]
+    settings += _flags(document, call)
+    settings += _everywhere(document, "seed", call.options["seed"])
+    settings += _everywhere(document, "workers", call.options["workers"])
+    topics = {**document.topics, **call.topics, **dict(_topic(text) for text in call.options["topics"])}
+    return replace(assign(document, settings), topics=topics)
+
+
+def _flags(document: Document, call: Call) -> list[tuple[str, Value]]:
+    """Lay the subcommand's own flags on the stages that are there."""
+    names = {entry.name for entry in document.stages}
+    settings = []
+    for option, targets in call.flags.items():
+        value, flag = call.options[option], "--" + option.replace("_", "-")
+        if value is None:
+            continue
+        there = [target for target in targets if target.rpartition(".")[0] in names]
+        if not there:
+            raise ConfigError(f"{flag}: no stage of this run takes it ({', '.join(targets)}). Leave it out.")
+        settings += [(target, Value(value, flag, Path())) for target in there]
+    return settings
+
+
+def _everywhere(document: Document, key: str, value: object | None) -> list[tuple[str, Value]]:
+    """Lay one value on every stage that has such a parameter."""
+    specs = [load_stage(entry.name, STAGES[entry.name]) for entry in document.stages if entry.name in STAGES]
+    takers = [spec.name for spec in specs if key in spec.params.model_fields or (key == "workers" and spec.takes)]
+    return [] if value is None else [(f"{name}.{key}", Value(value, f"--{key}", Path())) for name in takers]
+
+
+def _entry(name: str, values: Mapping[str, object]) -> StageEntry:
+    where = "the command line"
+    return StageEntry(name, where, {key: Value(value, where, Path()) for key, value in values.items()})
+
+
+def _topic(text: str) -> tuple[str, str]:
+    role, equals, name = text.partition("=")
+    if not equals:
+        raise ConfigError(f"--topic {text}: no role. Write ROLE=/NAME, like image=/camera/image_raw.")
+    if role not in ROLES:
+        raise ConfigError(f"--topic {text}: no role {role!r}. There is: {', '.join(sorted(ROLES))}.")
+    return role, name
+
+
+def _stream_only(document: Document, call: Call) -> Document:
+    """Keep the computing stages, those that were asked for, and the writer whose result goes to standard output."""
+    if call.streams is None:
+        raise ConfigError(f"{call.name}: several results, none of them a stream. Name a folder with -o DIR.")
+    asked_for = {name for name, _ in call.appends}
+    stages = [e for e in document.stages if e.name in asked_for or not e.name.startswith("write-")]
+    writer = next(entry for entry in document.stages if entry.name == call.streams)
+    return replace(document, stages=(*stages, writer.with_values({"path": Value("-", "-o", Path())})))
+
+
+def _refuse_with_stream(options: Mapping[str, Any]) -> None:
+    """Refuse what else would go to standard output, or names a file that ``-o -`` does not leave."""
+    for option, flag in (("as_json", "--json"), ("depfile", "--depfile")):
+        if options[option]:
+            raise ConfigError(f"{flag}: -o - leaves no report, only the result. Name a folder with -o DIR.")
+
+
+def _default_folder(call: Call) -> str:
+    first = Path(call.options["logs"][0]) if call.options["logs"] else Path("logpose")
+    return f"{first.resolve().name.split('.')[0] or 'logpose'}.{Path(call.name).stem}"

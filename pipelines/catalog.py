@@ -1,0 +1,31 @@
+"""Stage name -> function, and bundled pipeline name -> YAML: the one table that knows every system by name."""
+
+from pathlib import Path
+
+_HERE = Path(__file__).parent
+
+STAGES = {
+    "dead-reckon": "logpose.pipelines.dead_reckon:dead_reckon",
+    "detect-circles": "logpose.pipelines.detect_circles.stage:detect_circles",
+    "evaluate": "logpose.pipelines.evaluate.stage:evaluate",
+    "localize-pf": "logpose.pipelines.localize_pf.stage:localize_pf",
+    "read-sightings": "logpose.pipelines.read:read_sightings",
+    "read-truth": "logpose.pipelines.read:read_truth",
+    "write-log": "logpose.pipelines.report.record:write_log",
+    "write-overlays": "logpose.pipelines.detect_circles.stage:write_overlays",
+    "write-picture": "logpose.pipelines.report.stage:write_picture",
+    "write-report": "logpose.pipelines.report.stage:write_report",
+    "write-sightings": "logpose.pipelines.write:write_sightings",
+    "write-trajectory": "logpose.pipelines.write:write_trajectory",
+}
+
+PIPELINES = {
+    "detect-circles": _HERE / "detect_circles" / "detect_circles.yaml",
+    "localize-pf": _HERE / "localize_pf" / "localize_pf.yaml",
+}
+
+SUITS = {
+    "detect-circles": ("image",),
+    "localize-pf": ("image|sightings", "odometry"),
+}
+"""Subcommand -> roles a log must be able to fill; alternatives separated by a bar. ``inspect`` reads it."""

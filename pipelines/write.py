@@ -1,0 +1,66 @@
+"""Stages that write trajectories and sightings; they forward everything, so they may stand anywhere in a pipeline."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..formats.errors import ConfigError
+from ..formats.events import Event, Notice, Pose, Sightings
+from ..formats.files import replacing_text
+from ..formats.sightings import HEADER, sightings_line
+from ..formats.trajectory_csv import CsvWriter
+from ..formats.tum import TumWriter
+from .engine.params import Field, OutputPath, Params
+
+
+class WriteTrajectoryParams(Params):
+    """What to write, and where."""
+
+    path: OutputPath = Field(
+        "trajectory.tum", description="file to write; .csv holds covariances too, any other is TUM"
+    )
+    source: str = Field(description="name of the estimator whose poses are written")
+
+
+def write_trajectory(events: Iterator[Event], params: WriteTrajectoryParams) -> Iterator[Event]:
+    """Write the poses of one estimator as a TUM or CSV trajectory.
+
+    Of two poses with one stamp the first is written: readers of trajectories want stamps that increase.
+    """
+    stamp = 0
+    with replacing_text(params.path) as file:
+        writer = CsvWriter(file) if params.path.endswith(".csv") else TumWriter(file)
+        for event in events:
+            yield event
+            stamp = event.stamp
+            if isinstance(event, Pose) and event.source == params.source:
+                writer.write(event)
+    if writer.repeats:
+        message = f"{writer.repeats} poses repeat a stamp; {Path(params.path).name} keeps the first of each."
+        yield Notice(stamp=stamp, source="write-trajectory", code="repeated-stamp", message=message)
+
+
+class WriteSightingsParams(Params):
+    """What to write, and where."""
+
+    path: OutputPath = Field("sightings.jsonl", description="file to write")
+    source: str = Field(description="name of the stage whose sightings are written")
+
+
+def write_sightings(events: Iterator[Event], params: WriteSightingsParams) -> Iterator[Event]:
+    """Write one line per image, also when nothing was seen in it.
+
+    Raises:
+        ConfigError: there was no image.
+    """
+    with replacing_text(params.path) as file:
+        n = 0
+        for event in events:
+            yield event
+            if isinstance(event, Sightings) and event.source == params.source:
+                file.write(sightings_line(event) if n else HEADER + sightings_line(event))
+                n += 1
+        if n == 0:
+            raise ConfigError(
+                f"{params.source}: there are no images in this log, or in this part of it. "
+                "Name their topic with --topic image=/NAME."
+            )
