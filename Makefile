@@ -5,6 +5,7 @@
 # make bench    speed and accuracy against floors and peers
 # make picture  the picture of README, after make tables
 # make samples  the sample logs, anew
+# make oldest   the tests with the oldest versions of all dependencies
 # make reference  docs/stages.md from the code
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
@@ -72,6 +73,13 @@ picture: $(READY)
 	$(BIN)/logpose run papers/ceiling/headline.yaml papers/ceiling/runs/drive1.mcap -q -o papers/ceiling/runs/headline
 	cp papers/ceiling/runs/headline/ceiling.png docs/ceiling.png
 
+# The lower bounds of the dependencies, OpenCV 4 among them; `make test` has the newest.
+oldest:
+	$(PYTHON) -m venv --clear .build/oldest
+	.build/oldest/bin/python -m pip install --quiet --disable-pip-version-check --upgrade pip 'setuptools>=77'
+	.build/oldest/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -c tests/oldest.txt -e '.[dev]'
+	.build/oldest/bin/python -m pytest -n auto
+
 samples: $(READY)
 	$(BIN)/logpose simulate $(SAMPLE).world.yaml -o $(SAMPLE).mcap
 	$(BIN)/logpose simulate $(SAMPLE).world.yaml -o $(SAMPLE).bag
@@ -82,4 +90,4 @@ reference: $(READY)
 clean:
 	rm -rf $(VENV) .build build dist demo *.egg-info
 
-.PHONY: help setup demo test format lint types wheel check tables bench picture samples reference clean
+.PHONY: help setup demo test format lint types wheel check tables bench picture oldest samples reference clean

@@ -106,7 +106,7 @@ def call(arguments: list[str]) -> int:
     except click.ClickException as err:
         at = getattr(err, "ctx", None)
         where = at.command_path if at is not None else "logpose"
-        message = err.format_message()
+        message = _misspelt(err) if isinstance(err, click.NoSuchOption) else err.format_message()
         message = message[:1].lower() + message[1:] + ("" if message.endswith((".", "?", ")")) else ".")
         return _fail(f"{where}: {message} See {where} --help.", ExitStatus.USAGE, arguments)
     except GateError as err:
@@ -124,6 +124,12 @@ def call(arguments: list[str]) -> int:
     except Exception as err:  # noqa: BLE001  the last door: no traceback reaches a user who did not ask for it
         text = f"logpose: {type(err).__name__}: {err}. This is a fault of logpose; --traceback shows where."
         return _fail(text.replace("\n", " "), ExitStatus.FAILED, arguments)
+
+
+def _misspelt(err: click.NoSuchOption) -> str:
+    """Say which option was probably meant; click's own words differ from version to version."""
+    close = " or ".join(repr(name) for name in sorted(err.possibilities or ()))
+    return f"no such option {err.option_name!r}." + (f" Did you mean {close}?" if close else "")
 
 
 def _terminate(_number: int, _frame: FrameType | None) -> None:

@@ -33,7 +33,7 @@ def test_no_command_prints_the_help_on_stderr_and_is_a_usage_error(logpose):
         (
             ["localize-pf", "--mapp", "x"],
             (
-                "logpose localize-pf: no such option '--mapp'. (Did you mean one of: '--map', '--stamp'?) "
+                "logpose localize-pf: no such option '--mapp'. Did you mean '--map' or '--stamp'? "
                 "See logpose localize-pf --help.\n"
             ),
         ),
