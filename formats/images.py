@@ -62,6 +62,10 @@ _DEPTH_HEADER = struct.Struct("<iff")
 """What stands before the PNG of a ``compressedDepth`` image: its format and two quantisation parameters."""
 
 
+class DamagedImage(ValueError):  # noqa: N818  # it names what was met
+    """Bytes that are no picture: one message is lost, the log goes on."""
+
+
 def decode(image: Image) -> Pixels:
     """Return the pixels of an image.
 
@@ -123,11 +127,11 @@ def _rows(image: Image) -> Pixels:
     dtype = np.dtype(kind).newbyteorder(">" if image.is_bigendian else "<")
     used = image.width * channels * dtype.itemsize
     if image.width < 1 or image.height < 1:
-        raise ValueError(f"an image of {image.width} x {image.height} pixels")
+        raise DamagedImage(f"an image of {image.width} x {image.height} pixels")
     if used > image.step:
-        raise ValueError(f"rows of {used} bytes do not fit a step of {image.step}")
+        raise DamagedImage(f"rows of {used} bytes do not fit a step of {image.step}")
     if image.step * image.height != len(image.data):
-        raise ValueError(f"{image.height} rows of {image.step} bytes do not make {len(image.data)} bytes")
+        raise DamagedImage(f"{image.height} rows of {image.step} bytes do not make {len(image.data)} bytes")
     rows = np.ascontiguousarray(image.data.reshape(image.height, image.step)[:, :used])
     pixels = rows.view(dtype).astype(dtype.newbyteorder("="), copy=False)
     return pixels if channels == 1 else pixels.reshape(image.height, image.width, channels)
@@ -139,18 +143,18 @@ def _decode_compressed(image: Image) -> Pixels:
         if "rvl" in image.encoding.lower():
             raise ValueError(f"image encoding {image.encoding!r} is not supported")
         if len(data) <= _DEPTH_HEADER.size:
-            raise ValueError("an image without data")
+            raise DamagedImage("an image without data")
         _, quotient, offset = _DEPTH_HEADER.unpack(data[: _DEPTH_HEADER.size].tobytes())
         data = data[_DEPTH_HEADER.size :]
     if not len(data):
-        raise ValueError("an image without data")
+        raise DamagedImage("an image without data")
     flags = cv2.IMREAD_UNCHANGED if is_depth or image.encoding == "png" else cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR
     try:
         pixels = cv2.imdecode(np.ascontiguousarray(data), flags | cv2.IMREAD_IGNORE_ORIENTATION)
     except cv2.error as err:
-        raise ValueError(f"a damaged {image.encoding} image ({err.err})") from err
+        raise DamagedImage(f"a damaged {image.encoding} image ({err.err})") from err
     if pixels is None:
-        raise ValueError(f"a damaged {image.encoding} image")
+        raise DamagedImage(f"a damaged {image.encoding} image")
     if pixels.ndim == 3:
         pixels = pixels[:, :, 2::-1].copy()
     if is_depth and image.encoding.startswith("32FC1"):

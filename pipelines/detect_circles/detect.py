@@ -9,7 +9,7 @@
    image is not (``fitting``). Without a calibration an ellipse is fitted in the image.
 5. What remains decides: squares, hexagons, rectangles and half-hidden shapes are refused.
 
-The work is done by three compiled calls that hold no interpreter lock, so threads run side by side.
+The work is one compiled call (``method.find``) that holds no interpreter lock, so threads run side by side.
 """
 
 from dataclasses import dataclass
@@ -78,6 +78,8 @@ class Circles:
         arc: (N,) share of the outline that was found.
         is_cut: (N,) whether the outline leaves the image.
         is_dark: (N,) whether it is darker than its surroundings.
+        xy: (N, 2) the true centre in the ``Plane``, in its units; None without one.
+        cov_xy: (N, 2, 2) covariance of xy; None without a plane.
     """
 
     uv: Array
@@ -87,6 +89,8 @@ class Circles:
     arc: Array
     is_cut: npt.NDArray[np.bool_]
     is_dark: npt.NDArray[np.bool_]
+    xy: Array | None = None
+    cov_xy: Array | None = None
 
     def __len__(self) -> int:
         """Return the number of circles."""
@@ -151,34 +155,30 @@ def find_circles(grey: Bytes, search: Search, plane: Plane | None = None, gates:
     if plane is not None and (plane.width, plane.height) != (width, height):
         raise ValueError(f"the image is {width}x{height} px, the plane is for {plane.width}x{plane.height} px")
     if min(height, width) < 8:
-        return _circles(np.empty((0, 18)), np.empty(0, dtype=bool))
+        return _circles(np.empty((0, 24)), np.empty(0, dtype=bool), is_in_plane=plane is not None)
     grey = np.ascontiguousarray(grey)
     gates = gates or DEFAULT_GATES
     if search.polarity != "both":
         is_dark = search.polarity == "dark"
         rows = _find(grey, search, plane, gates, dark=is_dark)
-        return _circles(rows, np.full(len(rows), is_dark))
+        return _circles(rows, np.full(len(rows), is_dark), is_in_plane=plane is not None)
     bright, dark = (_find(grey, search, plane, gates, dark=is_dark) for is_dark in (False, True))
     rows = np.concatenate([bright, dark])
     order = np.argsort(rows[:, 1], kind="stable")
-    return _circles(rows[order], order >= len(bright))
+    return _circles(rows[order], order >= len(bright), is_in_plane=plane is not None)
 
 
 def _find(grey: Bytes, search: Search, plane: Plane | None, gates: Gates, *, dark: bool) -> Array:
-    from . import fitting, kernels
+    from .method import find
 
     radii = (search.min_radius_px, search.max_radius_px)
     scale = max(1, min(8, int(search.min_radius_px / 2.5)))
     scale = min(scale, *(max(1, side // 4) for side in grey.shape))
     reach = max(4, round(1.4 * search.max_radius_px / scale))
-    small = kernels.shrink(grey, scale, dark)
-    reached = kernels.local_contrast(small, reach, scale, LEVELS)
-    rows, columns = small.shape
-    seeds = kernels.find_seeds(reached, rows, columns, len(LEVELS), *radii, scale)
     table, step = (_NO_TABLE, 1.0) if plane is None else (plane.table, plane.step)
     flattening = FLATTENING if plane is None else FLATTENING_IN_PLANE
     numbers = _gate_numbers(gates, search.sigma_px, is_in_plane=plane is not None)
-    return fitting.measure(grey, dark, seeds, table, step, radii, flattening, numbers)
+    return find(grey, dark, scale, reach, LEVELS, radii, table, step, flattening, numbers)
 
 
 @cache
@@ -192,14 +192,16 @@ def _gate_numbers(gates: Gates, sigma_px: float, *, is_in_plane: bool) -> Array:
     )
 
 
-def _circles(rows: Array, is_dark: npt.NDArray[np.bool_]) -> Circles:
-    """Name the columns of ``fitting.measure``."""
+def _circles(rows: Array, is_dark: npt.NDArray[np.bool_], *, is_in_plane: bool) -> Circles:
+    """Name the columns of ``method.find``."""
     return Circles(
         uv=rows[:, :2],
         radius=rows[:, 2],
         cov=rows[:, 3:7].reshape(-1, 2, 2),
         score=rows[:, 7],
         arc=rows[:, 8],
-        is_cut=rows[:, 17] > 0,
+        is_cut=rows[:, 9] > 0,
         is_dark=is_dark,
+        xy=rows[:, 10:12] if is_in_plane else None,
+        cov_xy=rows[:, 12:16].reshape(-1, 2, 2) if is_in_plane else None,
     )

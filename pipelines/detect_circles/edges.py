@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
 
 HALF = 3  # half width of the slope kernel [px]
-MAX_RAYS = 72
+MAX_RAYS = 64
 MIN_SLOPE = 2.5  # least fall of brightness [grey values per px] that counts as an edge
 
 
@@ -85,9 +85,8 @@ def _steepest(profile: Array, slope: Array, begin: int, end: int, middle: float,
     before, here, after = slope[at - 1], slope[at], slope[at + 1]
     if before <= 0.0 or after <= 0.0 or here < before or here < after:
         return float(at), here
-    a, b, c = np.log(before), np.log(here), np.log(after)
-    curvature = a - 2.0 * b + c
-    return (at + 0.5 * (a - c) / curvature if curvature < -1e-9 else float(at)), here
+    curvature = np.log(before * after / (here * here))
+    return (at + 0.5 * np.log(before / after) / curvature if curvature < -1e-9 else float(at)), here
 
 
 @compiled(types.boolean(U8_2D, types.float64, F64_1D))
@@ -111,7 +110,7 @@ def stands_out(grey: Bytes, sign: float, seed: Array) -> bool:
         elif n_inner > 0:
             n_seen += 1
             n_lower += value < inner / n_inner - MIN_STEP
-    return n_inner == 0 or n_lower >= 0.5 * n_seen
+    return n_inner == 0 or n_lower >= 0.55 * n_seen
 
 
 @compiled(
@@ -180,11 +179,15 @@ def cast(
     return n_seen
 
 
-@compiled(floats(4)(F64_2D, F64_1D, types.int64, F64_1D_IN, F64_1D))
+@compiled(floats(5)(F64_2D, F64_1D, types.int64, F64_1D_IN, F64_1D))
 def first_circle(  # noqa: C901
     points: Array, slopes: Array, n_rays: int, start: Array, scratch: Array
-) -> tuple[float, float, float, float]:
-    """Fit a first circle to the edge points: u, v, radius, share of the points that agree; radius 0 if that fails."""
+) -> tuple[float, float, float, float, float]:
+    """Fit a first circle to the edge points; radius 0 if that fails.
+
+    Returns:
+        u, v, radius, share of the points that agree, amplitude of the 4th harmonic of what is left over (a square's).
+    """
     x0, y0 = start[0], start[1]
     n = 0
     for k in range(n_rays):
@@ -192,7 +195,7 @@ def first_circle(  # noqa: C901
             scratch[n] = slopes[k]
             n += 1
     if n < 8:
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     weakest = 0.35 * median(scratch, n)
     n = 0
     for k in range(n_rays):
@@ -221,18 +224,25 @@ def first_circle(  # noqa: C901
             sxz += w * a * z
             syz += w * b * z
         if w_sum < 3.0:
-            return 0.0, 0.0, 0.0, 0.0
+            return 0.0, 0.0, 0.0, 0.0, 0.0
         xx, xy, yy = sxx - sx * sx / w_sum, sxy - sx * sy / w_sum, syy - sy * sy / w_sum
         xz, yz = sxz - sx * sz / w_sum, syz - sy * sz / w_sum
         determinant = xx * yy - xy * xy
         if determinant < 1e-4 * (xx + yy) ** 2:
-            return 0.0, 0.0, 0.0, 0.0
+            return 0.0, 0.0, 0.0, 0.0, 0.0
         x, y = 0.5 * (xz * yy - yz * xy) / determinant, 0.5 * (yz * xx - xz * xy) / determinant
         radius = np.sqrt(max(1e-6, (sz - 2.0 * (x * sx + y * sy)) / w_sum + x * x + y * y))
         scale = max(0.5 * scale, 0.06 * radius + 0.5)
     n_agreed = 0
+    c4 = s4 = 0.0
     for k in range(n_rays):
         if slopes[k] > weakest:
             a, b = points[k, 0] - x0 - x, points[k, 1] - y0 - y
-            n_agreed += abs(np.sqrt(a * a + b * b) - radius) < 0.08 * radius + 1.0
-    return x + x0, y + y0, radius, n_agreed / n
+            rr = max(a * a + b * b, 1e-9)
+            e = np.sqrt(rr) - radius
+            n_agreed += abs(e) < 0.08 * radius + 1.0
+            e = min(max(e, -0.15 * radius - 1.0), 0.15 * radius + 1.0)  # one stray point is no harmonic
+            c2, s2 = (a * a - b * b) / rr, 2.0 * a * b / rr
+            c4 += e * (c2 * c2 - s2 * s2)
+            s4 += e * 2.0 * c2 * s2
+    return x + x0, y + y0, radius, n_agreed / n, 2.0 * np.sqrt(c4 * c4 + s4 * s4) / n

@@ -1,4 +1,4 @@
-"""From a proposed circle to a measured one: a robust fit to its edge points, until the gates decide.
+"""From a first circle to a measured one: a robust fit to its edge points, and what is left over.
 
 1. The edge points are mapped to the plane in which the object is a circle: the ceiling, or without a calibration the
    image itself.
@@ -6,8 +6,8 @@
    n = A (p - c) / |A (p - c)| = (cos a, sin a),
        R (|A (p - c)| - 1) = R (A n) . dc - R (e0 + e1 cos 2a + e2 sin 2a),    then c += dc, A = (I + E) A,
    weighted by how well the point agreed before (iteratively reweighted least squares); c is the true centre.
-3. ``_judge``: what is left over tells a circle from a square (4th harmonic of the residual), a hexagon (6th), a
-   rectangle (no long run of agreeing rays).
+3. ``_judge``: what is left over, which tells a circle from a square (4th harmonic of the residual), a hexagon (6th), a
+   rectangle (no long run of agreeing rays); ``is_circle``: the gates.
 
 Compiled by numba; imported where it is used.
 """
@@ -17,20 +17,19 @@ import numpy.typing as npt
 from numba import types
 
 from .compiled import F32_3D_IN, F64_1D, F64_1D_IN, F64_2D, U8_2D, compiled, floats
-from .edges import MAX_RAYS, cast, first_circle, median, stands_out
+from .edges import MAX_RAYS, cast, median
 from .plane import to_pixel, to_plane
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
 Rays = npt.NDArray[np.float32]
 
-# Columns of what ``measure`` returns.
-U, V, RADIUS, UU, UV, VU, VV, SCORE, ARC, RMS, H3, H4, H6, AGREE, RUN, CONTRAST, ASPECT, IS_CUT = range(18)
-N_COLUMNS = 18
+# Columns of what ``method.find`` returns.
+U, V, RADIUS, UU, UV, VU, VV, SCORE, ARC, IS_CUT, X, Y, XX, XY, YX, YY = range(16)
+RMS, H3, H4, H6, AGREE, RUN, CONTRAST, ASPECT = range(16, 24)
+N_COLUMNS = 24
 
 MAX_STEPS = 7
-FIRST_RAYS = 18
-FIRST_AGREE = 0.76  # share of a lamp's first edge points that lie on one circle; 0.89 is the least seen
 
 
 @compiled(types.boolean(F64_2D, F64_1D))
@@ -162,7 +161,7 @@ def _ellipse(  # noqa: C901, PLR0912
         for k in range(n):
             errors[k] = abs(work[7, k])
         scale = max(2.0 * 1.48 * median(errors, n), 0.25)
-        if iteration >= 2 and step < 5e-3:
+        if iteration >= 2 and step < 1e-2:
             break
     for i in range(5):
         for j in range(5):
@@ -185,7 +184,7 @@ def _judge(points: Array, slopes: Array, residuals: Array, fit: Array, row: Arra
     h = np.zeros(6)
     n_found = n_good = run = longest = 0
     for k in range(2 * n_rays):  # twice around, for runs over the start
-        i = k % n_rays
+        i = k if k < n_rays else k - n_rays
         is_good = slopes[i] > 0.0 and abs(residuals[i]) < allowed
         run = run + 1 if is_good else 0
         longest = max(longest, min(run, n_rays))
@@ -222,11 +221,14 @@ def _judge(points: Array, slopes: Array, residuals: Array, fit: Array, row: Arra
 
 
 @compiled(
-    types.boolean(U8_2D, types.float64, F32_3D_IN, types.float64, types.float64, F64_1D, F64_2D, F64_1D, F64_2D, F64_1D)
-)
-def _refine(
-    grey: Bytes, sign: float, rays: Rays, step: float, flattening: float, start: Array, points: Array, slopes: Array,
-    scratch: Array, row: Array,
+    types.boolean(
+        U8_2D, types.float64, F32_3D_IN, types.float64, types.float64, types.float64, F64_1D, F64_2D, F64_1D, F64_2D,
+        F64_1D,
+    )
+)  # fmt: skip
+def refine(
+    grey: Bytes, sign: float, rays: Rays, step: float, flattening: float, variance: float, start: Array, points: Array,
+    slopes: Array, scratch: Array, row: Array,
 ) -> bool:  # fmt: skip
     """Measure one circle from ``start`` (see ``cast``), leave it in ``row``, and the better start in ``start``."""
     radius = 1.0 / np.sqrt(np.sqrt(start[2] * start[4] - start[3] * start[3]))
@@ -250,15 +252,18 @@ def _refine(
     crowding = max(1.0, n_rays * 1.3 / (2.0 * np.pi * radius * zoom))  # rays closer than a pixel say the same
     row[U], row[V], row[RADIUS] = u, v, radius * zoom
     xx, xy, yy = cov[0, 0] * crowding, cov[0, 1] * crowding, cov[1, 1] * crowding
-    row[UU] = ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy
+    row[UU] = ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy + variance
     row[UV] = ux * vx * xx + (ux * vy + uy * vx) * xy + uy * vy * yy
-    row[VV] = vx * vx * xx + 2.0 * vx * vy * xy + vy * vy * yy
+    row[VV] = vx * vx * xx + 2.0 * vx * vy * xy + vy * vy * yy + variance
     row[VU] = row[UV]
     row[IS_CUT] = 1.0 if min(u, v, grey.shape[1] - 1 - u, grey.shape[0] - 1 - v) < row[RADIUS] else 0.0
     row[AGREE] = row[ARC] * n_rays / max(n_seen, 1)
     fit_quality = np.exp(-0.5 * (row[RMS] / (0.033 * radius + 0.3)) ** 2)
     row[SCORE] = min(1.0, row[ARC] * row[AGREE] * fit_quality * row[CONTRAST] / (row[CONTRAST] + 5.0))
     _, _, xu, xv, yu, yv = to_plane(rays, step, u, v)
+    row[X], row[Y] = x, y
+    row[XX], row[YY] = xx + variance * (xu * xu + xv * xv), yy + variance * (yu * yu + yv * yv)
+    row[XY] = row[YX] = xy + variance * (xu * yu + xv * yv)
     b11, b12 = (a11 * xu + a12 * yu) / radius, (a11 * xv + a12 * yv) / radius
     b21, b22 = (a21 * xu + a22 * yu) / radius, (a21 * xv + a22 * yv) / radius
     start[0], start[1] = u, v
@@ -267,7 +272,7 @@ def _refine(
 
 
 @compiled(types.boolean(F64_1D, F64_1D_IN, types.float64, types.float64))
-def _is_circle(row: Array, gates: Array, min_radius: float, max_radius: float) -> bool:
+def is_circle(row: Array, gates: Array, min_radius: float, max_radius: float) -> bool:
     """Decide: right size, round, an edge all around as far as it is in view."""
     radius = row[RADIUS]
     harmonic = gates[2] * radius + gates[3]
@@ -283,108 +288,3 @@ def _is_circle(row: Array, gates: Array, min_radius: float, max_radius: float) -
         and row[ASPECT] >= gates[7]
         and row[CONTRAST] >= gates[8]
     )
-
-
-@compiled(types.boolean(U8_2D, types.float64, F64_1D, floats(2), F64_1D, F64_2D, F64_1D, F64_2D))
-def _locate(
-    grey: Bytes, sign: float, seed: Array, radii: tuple[float, float], start: Array, points: Array, slopes: Array,
-    scratch: Array,
-) -> bool:  # fmt: skip
-    """Turn a seed into a first circle, left in ``start`` (see ``cast``); False where the edge is not round."""
-    if not stands_out(grey, sign, seed):
-        return False
-    start[0], start[1], start[2], start[3], start[4] = seed[0], seed[1], seed[2] ** -2.0, 0.0, seed[2] ** -2.0
-    for reach in (0.55, 0.4):
-        if cast(grey, sign, start, reach, FIRST_RAYS, True, points, slopes, scratch) < 8:
-            return False
-        x, y, r, agreed = first_circle(points, slopes, FIRST_RAYS, start, scratch[0])
-        before = 1.0 / np.sqrt(start[2])
-        moved = (np.hypot(x - start[0], y - start[1]) + abs(r - before)) / before
-        if not (0.6 * radii[0] < r < 1.6 * radii[1] and moved < 1.0 and agreed > FIRST_AGREE):
-            return False
-        start[0], start[1], start[2], start[4] = x, y, r**-2.0, r**-2.0
-        if moved < 0.2:
-            break
-    return True
-
-
-@compiled(types.boolean(F64_2D, types.int64, types.float64, types.float64, types.float64, types.float64))
-def _is_listed(circles: Array, n: int, u: float, v: float, radius: float, share: float) -> bool:
-    """Tell whether a circle lies among the first n, to a share of its radius."""
-    limit = share * radius
-    for k in range(n):
-        if abs(radius - circles[k, 2]) < limit and (u - circles[k, 0]) ** 2 + (v - circles[k, 1]) ** 2 < limit * limit:
-            return True
-    return False
-
-
-@compiled(
-    F64_2D(
-        U8_2D,
-        types.boolean,
-        F64_2D,
-        F32_3D_IN,
-        types.float64,
-        floats(2),
-        types.float64,
-        F64_1D_IN,
-    )
-)
-def measure(
-    grey: Bytes, is_dark: bool, seeds: Array, rays: Rays, step: float, radii: tuple[float, float],
-    flattening: float, gates: Array,
-) -> Array:  # fmt: skip
-    """Measure every seed and keep the circles: (N, N_COLUMNS).
-
-    Args:
-        grey: (H, W) image.
-        is_dark: look for dark circles.
-        seeds: (M, 3) u, v, radius [px], the best last.
-        rays: (h, w, 2) table of the plane (see ``detect.Plane``), or (0, 0, 2) to fit ellipses in the image.
-        step: distance of its nodes [px].
-        radii: least and greatest radius [px].
-        flattening: see ``_ellipse``.
-        gates: see ``_is_circle``; the last is a variance [px^2] added to the centre's.
-    """
-    kept, n = np.empty((seeds.shape[0], N_COLUMNS)), 0
-    tried, refused = np.empty((seeds.shape[0], 3)), np.empty((seeds.shape[0], 3))
-    points, slopes = np.empty((MAX_RAYS, 2)), np.empty(MAX_RAYS)
-    scratch = np.empty((2, int(8.0 * radii[1]) + 128))
-    start, row = np.empty(5), np.empty(N_COLUMNS)
-    sign = -1.0 if is_dark else 1.0
-    n_tried = n_refused = 0
-    for s in range(seeds.shape[0] - 1, -1, -1):
-        u, v, radius = seeds[s, 0], seeds[s, 1], seeds[s, 2]
-        is_known = False
-        for k in range(n):
-            is_known |= np.hypot(u - kept[k, U], v - kept[k, V]) < 0.6 * kept[k, RADIUS]
-        is_known |= _is_listed(tried, n_tried, u, v, radius, 0.3)
-        is_known |= _is_listed(refused, n_refused, u, v, radius, 0.3)
-        if is_known:
-            continue
-        tried[n_tried, 0], tried[n_tried, 1], tried[n_tried, 2] = u, v, radius
-        n_tried += 1
-        is_good = _locate(grey, sign, seeds[s], radii, start, points, slopes, scratch)
-        u, v, radius = start[0], start[1], 1.0 / np.sqrt(start[2])
-        is_good = is_good and not _is_listed(refused, n_refused, u, v, radius, 0.1)
-        if not is_good:
-            continue
-        is_good = _refine(grey, sign, rays, step, flattening, start, points, slopes, scratch, row)
-        if is_good and np.hypot(row[U] - u, row[V] - v) > 0.05 * radius + 0.3:
-            is_good = _refine(grey, sign, rays, step, flattening, start, points, slopes, scratch, row)
-        if not (is_good and _is_circle(row, gates, radii[0], radii[1])):
-            refused[n_refused, 0], refused[n_refused, 1], refused[n_refused, 2] = u, v, radius
-            n_refused += 1
-            continue
-        for k in range(n):
-            is_good &= np.hypot(row[U] - kept[k, U], row[V] - kept[k, V]) > 0.6 * kept[k, RADIUS]
-        if is_good:
-            k = n  # sorted by v
-            while k > 0 and kept[k - 1, V] > row[V]:
-                kept[k] = kept[k - 1]
-                k -= 1
-            kept[k] = row
-            kept[k, UU] += gates[9]
-            kept[k, VV] += gates[9]
-            n += 1
-    return kept[:n]

@@ -20,7 +20,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from ..geometry.camera import Camera
-from .detect import Array, Plane
+from .detect import Array, Circles, Plane
 
 NOMINAL_ROTATION = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """Optical frame to robot frame of a camera that looks up, the top of its image forward."""
@@ -95,19 +95,35 @@ class View:
             tilt_rad: standard deviation of the robot's unknown tilt about either axis.
         """
         slopes, jacobian = self._slopes_and_jacobian(uv)
-        xy = self.translation[:2] + self.lens_to_ceiling * slopes
-        return xy, self._covariance(xy, slopes, jacobian, cov_px, tilt_rad)
+        return self._place(slopes, jacobian @ cov_px @ jacobian.swapaxes(-1, -2), tilt_rad)
 
-    def _covariance(self, xy: Array, slopes: Array, jacobian: Array, cov_px: Array, tilt_rad: float) -> Array:
-        J = self.lens_to_ceiling * jacobian
-        cov = J @ cov_px @ J.swapaxes(-1, -2)
+    def sight_circles(self, circles: Circles, tilt_rad: float = 0.0) -> tuple[Array, Array]:
+        """Return what ``sight`` does, for circles found in this view's ``plane``: there the lens is already undone.
+
+        Raises:
+            ValueError: circles found without a plane.
+        """
+        if circles.xy is None or circles.cov_xy is None:
+            raise ValueError("the circles were found without a plane")
+        scale = 1.0 / self._plane_scale
+        return self._place(scale * circles.xy, scale * scale * circles.cov_xy, tilt_rad)
+
+    def _place(self, slopes: Array, cov_slopes: Array, tilt_rad: float) -> tuple[Array, Array]:
+        """Return places (N, 2) and their covariances (N, 2, 2) from (X, Y) and its covariance."""
+        h = self.lens_to_ceiling
+        xy, cov = self.translation[:2] + h * slopes, h * h * cov_slopes
         if tilt_rad > 0:
             (X, Y), (x, y), z = slopes.T, xy.T, self.ceiling_m
             T = np.empty_like(cov)
             T[:, 0, 0], T[:, 0, 1] = -y * X, z + x * X
             T[:, 1, 0], T[:, 1, 1] = -(z + y * Y), x * Y
             cov = cov + tilt_rad**2 * T @ T.swapaxes(-1, -2)
-        return np.asarray(0.5 * (cov + cov.swapaxes(-1, -2)))
+        return xy, 0.5 * (cov + cov.swapaxes(-1, -2))
+
+    @property
+    def _plane_scale(self) -> float:
+        """Units of ``plane`` in one of (X, Y): pixels of the image's middle."""
+        return sqrt(self.camera.fx * self.camera.fy)
 
     def _slopes_and_jacobian(self, uv: Array) -> tuple[Array, Array]:
         directions, derivative = self.camera.unproject_with_jacobian(self._unflipped(uv))
@@ -124,10 +140,9 @@ class View:
         columns = np.arange(0, self.width + step, step, dtype=np.float64)
         rows = np.arange(0, self.height + step, step, dtype=np.float64)
         slopes = np.empty((len(rows), len(columns), 2), dtype=np.float32)
-        scale = sqrt(self.camera.fx * self.camera.fy)
         for i in range(0, len(rows), 64):  # in strips, to stay small
             uv = np.stack(np.meshgrid(columns, rows[i : i + 64]), axis=-1)
-            slopes[i : i + 64] = scale * self.slopes(uv)
+            slopes[i : i + 64] = self._plane_scale * self.slopes(uv)
         return Plane(slopes, float(step), self.width, self.height)
 
     def _unflipped(self, uv: Array) -> Array:

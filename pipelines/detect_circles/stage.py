@@ -1,29 +1,33 @@
 """The stages ``detect-circles`` and ``write-overlays``: events to arrays and back."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from ...formats.calibration import Calibration, read_calibration
 from ...formats.errors import ConfigError
 from ...formats.events import NO_ID, Event, Image, Mount, Notice, Sightings
-from ...formats.images import grey
+from ...formats.images import DamagedImage, grey
 from ...formats.landmarks import read_landmarks
 from ...formats.png import write_png
 from ..engine.stage import per_message
 from ..geometry.camera import Camera
 from ..geometry.so3 import as_matrix
 from . import paper
-from .detect import Array, Circles, Plane, Search, find_circles
+from .detect import Array, Bytes, Circles, Plane, Search, find_circles
 from .overlay import draw_overlay
 from .params import DetectCirclesParams, WriteOverlaysParams
 from .radius import default_radii, expected_radii
 from .sighting import View, upward_rotation
 
 NAME = "detect-circles"
+Mask: TypeAlias = npt.NDArray[np.bool_]
+ALL = slice(None)
 LEVEL_M = 0.05
 """Landmarks whose heights differ by less lie on one ceiling [m]."""
 
@@ -32,12 +36,25 @@ LEVEL_M = 0.05
 def detect_circles(event: Image, params: DetectCirclesParams) -> Iterable[Event]:
     """Find round lamps or stickers on the ceiling: one record per image, also when there is nothing in it.
 
+    Where neither camera nor ceiling is known, circles are found in the image and have no place on the robot (nan).
+
+    A damaged image is a loss and has a record without sightings.
+
     Raises:
         ConfigError: no calibration, one of another image size, an unknown ceiling height or one below the lens.
-        ValueError: an image that cannot be decoded.
+        ValueError: an image of depths, or of an encoding that is not supported.
     """
-    pixels = grey(event)
+    try:
+        pixels = grey(event)
+    except DamagedImage as err:
+        message = f"{_topic(event)} holds {err}; it is skipped."
+        yield Notice(stamp=event.stamp, source=NAME, code="damaged-image", message=message, is_loss=True)
+        yield _sightings(event.stamp, find_circles(_NOTHING, _ANY), np.empty((0, 2)), np.empty((0, 2, 2)))
+        return
     height, width = pixels.shape
+    if not (event.calibration or params.camera or params.ceiling_m or params.map):
+        yield from _in_image_only(event, pixels, params)
+        return
     setup = _setup_of(event, params)
     if (setup.view.width, setup.view.height) != (width, height):
         calibrated = f"{setup.view.width}x{setup.view.height}"
@@ -47,14 +64,17 @@ def detect_circles(event: Image, params: DetectCirclesParams) -> Iterable[Event]
         )
     if params.method == "paper":
         circles = paper.find_circles_hough(pixels, setup.hough)
+        _, cov = setup.view.sight(circles.uv, circles.cov, np.radians(params.tilt_deg))
+        xy = paper.sight(circles.uv, setup.view)
     else:
         circles = find_circles(pixels, setup.search, setup.plane)
-    xy, cov = setup.view.sight(circles.uv, circles.cov, np.radians(params.tilt_deg))
-    if params.method == "paper":
-        xy = paper.sight(circles.uv, setup.view)
+        xy, cov = setup.view.sight_circles(circles, np.radians(params.tilt_deg))
     if setup.notice:
         yield Notice(stamp=event.stamp, source=NAME, code="radius-range", message=setup.notice)
-    yield _sightings(event.stamp, circles, xy, cov)
+    is_placed: Mask = np.isfinite(xy[:, 0]) & np.isfinite(
+        xy[:, 1]
+    )  # a pixel whose ray does not rise lies on no ceiling
+    yield _sightings(event.stamp, circles, xy, cov, is_placed)
 
 
 def write_overlays(events: Iterator[Event], params: WriteOverlaysParams) -> Iterator[Event]:
@@ -67,9 +87,13 @@ def write_overlays(events: Iterator[Event], params: WriteOverlaysParams) -> Iter
             image = event
         elif isinstance(event, Sightings) and event.source == NAME and image is not None:
             if n % params.every == 0 and image.stamp == event.stamp:
-                picture = draw_overlay(grey(image), event.uv, event.radius, event.score)
-                write_png(Path(params.path) / f"{event.stamp}.png", picture)
+                with suppress(DamagedImage):  # detect-circles has said so
+                    picture = draw_overlay(grey(image), event.uv, event.radius, event.score)
+                    write_png(Path(params.path) / f"{event.stamp}.png", picture)
             n += 1
+
+
+_NOTHING, _ANY = np.zeros((0, 0), np.uint8), Search(4.0, 8.0)
 
 
 class _Setup(NamedTuple):
@@ -86,7 +110,8 @@ def _setup_of(event: Image, params: DetectCirclesParams) -> _Setup:
     calibration = _camera_file(params.camera) if params.camera else event.calibration
     if calibration is None:
         raise ConfigError(
-            f"{NAME}: there is no calibration for the images on {_topic(event)} (no CameraInfo in the log). "
+            f"{NAME}: there is no calibration for the images on {_topic(event)} (no CameraInfo in the log, "
+            "or one with focal length 0: the camera is not calibrated). "
             "Pass one with --camera FILE."
         )
     return _setup(calibration, _mount_key(event.mount), params)
@@ -116,7 +141,12 @@ def _setup(
         search = Search(*radii, polarity=params.polarity, sigma_px=params.sigma_px)
     except ValueError as err:
         raise ConfigError(f"{NAME}: {err}.") from err
-    hough = paper.HoughSearch(
+    plane = view.plane() if params.method == "best" else None
+    return _Setup(view, plane, search, _hough(radii, params), notice)
+
+
+def _hough(radii: tuple[float, float], params: DetectCirclesParams) -> paper.HoughSearch:
+    return paper.HoughSearch(
         *radii,
         polarity=params.polarity,
         blur_px=params.blur_px | 1,
@@ -125,7 +155,23 @@ def _setup(
         votes=params.hough_votes,
         sigma_px=params.hough_sigma_px,
     )
-    return _Setup(view, view.plane() if params.method == "best" else None, search, hough, notice)
+
+
+def _in_image_only(event: Image, pixels: Bytes, params: DetectCirclesParams) -> Iterator[Event]:
+    """Find circles in an image of which nothing else is known."""
+    least, most = default_radii(pixels.shape[1])
+    radii = (params.min_radius_px or least, params.max_radius_px or most)
+    if params.method == "paper":
+        circles = paper.find_circles_hough(pixels, _hough(radii, params))
+    else:
+        circles = find_circles(pixels, Search(*radii, polarity=params.polarity, sigma_px=params.sigma_px))
+    message = (
+        f"neither camera nor ceiling is known: circles of {radii[0]:.3g} to {radii[1]:.3g} px radius are given in the "
+        "image, without a place on the robot. Pass --camera FILE and --ceiling M for that."
+    )
+    yield Notice(stamp=event.stamp, source=NAME, code="image-only", message=message)
+    nowhere = np.full((len(circles.uv), 2), np.nan)
+    yield _sightings(event.stamp, circles, nowhere, np.full((len(circles.uv), 2, 2), np.nan))
 
 
 def _radii(view: View, params: DetectCirclesParams) -> tuple[tuple[float, float], str]:
@@ -138,7 +184,7 @@ def _radii(view: View, params: DetectCirclesParams) -> tuple[tuple[float, float]
         if params.min_radius_px is None or params.max_radius_px is None:
             notice = (
                 f"the size of the lamps is not known, so circles of {params.min_radius_px or least:.3g} to "
-                f"{params.max_radius_px or most:.3g} px radius are looked for; set {NAME}.lamp_diameter_m to be precise"
+                f"{params.max_radius_px or most:.3g} px radius are looked for; --lamp-diameter M narrows that."
             )
     return (params.min_radius_px or least, params.max_radius_px or most), notice
 
@@ -180,16 +226,16 @@ def _topic(event: Image) -> str:
     return event.topic or "this log"
 
 
-def _sightings(stamp: int, circles: Circles, xy: Array, cov: Array) -> Sightings:
-    is_placed = np.isfinite(xy).all(axis=1)  # a pixel whose ray does not rise lies on no ceiling
+def _sightings(stamp: int, circles: Circles, xy: Array, cov: Array, keep: Mask | slice = ALL) -> Sightings:
+    uv = circles.uv[keep]
     return Sightings(
         stamp=stamp,
         source=NAME,
         frame_id="base_link",
-        xy=xy[is_placed],
-        cov=cov[is_placed],
-        uv=circles.uv[is_placed],
-        radius=circles.radius[is_placed],
-        score=circles.score[is_placed],
-        ids=np.full(int(is_placed.sum()), NO_ID, dtype=np.int64),
+        xy=xy[keep],
+        cov=cov[keep],
+        uv=uv,
+        radius=circles.radius[keep],
+        score=circles.score[keep],
+        ids=np.full(len(uv), NO_ID, dtype=np.int64),
     )

@@ -36,6 +36,27 @@ def test_polygons_are_no_circles(draw, shapes, sides, inner, angle):
     assert len(find_circles(image, Search(6.0, 40.0))) == 0
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.5, 1.1])
+@pytest.mark.parametrize("length", [1.8, 2.5, 4.0])
+def test_panels_are_no_circles(draw, angle, length):
+    c, s = np.cos(angle), np.sin(angle)
+
+    def panel(x, y):
+        a, b = (x - 80.2) * c + (y - 60.4) * s, (y - 60.4) * c - (x - 80.2) * s
+        return (np.abs(a) < 12.0 * length) & (np.abs(b) < 12.0)
+
+    assert len(find_circles(draw([panel]), Search(6.0, 40.0))) == 0
+
+
+@pytest.mark.parametrize("r", [7.5, 10.0, 14.0, 20.0])
+def test_touching_lamps_are_no_panel(draw, shapes, r):
+    disc, _ = shapes
+    for angle in (0.0, 0.4, 0.785):
+        c, s = r * np.cos(angle), r * np.sin(angle)
+        found = find_circles(draw([disc(80.0 - c, 60.0 - s, r), disc(80.0 + c, 60.0 + s, r)]), Search(6.0, 30.0))
+        assert len(found) == 2
+
+
 def test_touching_lamps_are_two(draw, shapes):
     disc, _ = shapes
     found = find_circles(draw([disc(55.0, 60.0, 17.0), disc(89.4, 62.0, 17.0)]), SEARCH)

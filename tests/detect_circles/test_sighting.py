@@ -1,8 +1,10 @@
 """From pixels to the robot frame: the nominal camera, any mount, mirrored images, Jacobians and tilt."""
 
+import cv2
 import numpy as np
 import pytest
 
+from logpose.pipelines.detect_circles.detect import Search, find_circles
 from logpose.pipelines.detect_circles.radius import default_radii, expected_radii
 from logpose.pipelines.detect_circles.sighting import NOMINAL_ROTATION, View, upward_rotation
 from logpose.pipelines.geometry.camera import Camera
@@ -86,6 +88,25 @@ def test_the_plane_table_agrees_with_the_exact_map(view):
     uv = plane.step * np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1)
     exact = np.sqrt(view.camera.fx * view.camera.fy) * view.slopes(uv)
     np.testing.assert_allclose(plane.table, exact, atol=1e-4)
+
+
+@views
+@pytest.mark.parametrize("tilt", [0.0, 0.01])
+def test_circles_are_placed_through_the_table_as_through_the_lens(view, tilt):
+    image = np.full((480, 640), 70, np.uint8)
+    for k, (u, v) in enumerate([(100, 80), (320, 240), (550, 400)]):
+        cv2.circle(image, (16 * u + 5 * k, 16 * v), 16 * (15 + 5 * k), 190, -1, cv2.LINE_AA, 4)
+    circles = find_circles(image, Search(10.0, 40.0), view.plane())
+    assert len(circles) == 3
+    xy, cov = view.sight_circles(circles, tilt)
+    exact_xy, exact_cov = view.sight(circles.uv, circles.cov, tilt)
+    np.testing.assert_allclose(xy, exact_xy, atol=0.004 * 3.0 / F)  # the table is right to 0.002 px
+    np.testing.assert_allclose(cov, exact_cov, rtol=1e-3, atol=1e-3 * np.abs(exact_cov).max())
+
+
+def test_circles_found_without_a_plane_lie_on_no_ceiling():
+    with pytest.raises(ValueError, match="the circles were found without a plane"):
+        VIEWS[0].sight_circles(find_circles(np.zeros((480, 640), np.uint8), Search(10.0, 40.0)))
 
 
 def test_rays_that_do_not_rise_are_on_no_ceiling():

@@ -113,7 +113,7 @@ def test_an_unknown_lamp_size_is_said_and_a_known_one_is_not(lamp):
     _, notices = run(image_event(lamp), ceiling_m=2.0)
     assert [n.message for n in notices] == [
         "the size of the lamps is not known, so circles of 4 to 16 px radius are looked for; "
-        "set detect-circles.lamp_diameter_m to be precise"
+        "--lamp-diameter M narrows that."
     ]
     assert notices[0].code == "radius-range"
     sightings, notices = run(image_event(lamp), ceiling_m=2.0, lamp_diameter_m=0.3)
@@ -128,7 +128,8 @@ def test_an_unknown_lamp_size_is_said_and_a_known_one_is_not(lamp):
         (
             {"calibration": None},
             {"ceiling_m": 2.0},
-            "detect-circles: there is no calibration for the images on /ceiling/image_raw (no CameraInfo in the log). "
+            "detect-circles: there is no calibration for the images on /ceiling/image_raw (no CameraInfo in the log, "
+            "or one with focal length 0: the camera is not calibrated). "
             "Pass one with --camera FILE.",
         ),
         (
@@ -204,3 +205,15 @@ def test_an_overlay_marks_whole_lamps_green_and_cut_ones_orange(lamp):
     for (u, v), colour in (((88, 30), GREEN), ((12, 80), ORANGE)):  # on the outlines, smoothed into their ground
         assert np.abs(picture[v, u].astype(int) - colour).sum() < 0.5 * np.abs(lamp[v, u] - np.array(colour)).sum()
     np.testing.assert_array_equal(lamp, before)
+
+
+@pytest.mark.parametrize("method", ["best", "paper"])
+def test_a_picture_of_which_nothing_is_known_has_circles_in_the_image_only(lamp, method):
+    seen, (notice,) = run(image_event(lamp, calibration=None), method=method)
+    assert np.abs(seen.uv - [100.0, 30.0]).max() < (0.1 if method == "best" else 2.0)  # Hough counts in whole pixels
+    assert np.isnan(seen.xy).all()
+    assert np.isnan(seen.cov).all()
+    assert notice.message == (
+        "neither camera nor ceiling is known: circles of 4 to 16 px radius are given in the image, without a place on "
+        "the robot. Pass --camera FILE and --ceiling M for that."
+    )
