@@ -55,17 +55,19 @@ def execute(call: Call) -> int:
         _refuse_with_stream(options)
         document = _stream_only(document, call)
     out = Path() if is_stream else Path(options["output"] or _default_folder(call))
+    flags = {target: f"--{option.replace('_', '-')}" for option, targets in call.flags.items() for target in targets}
     if options["show_pipeline"]:
-        click.echo(dump_pipeline(bind(document, STAGES, out), Path(), out, with_workers=True), nl=False)
+        click.echo(dump_pipeline(bind(document, STAGES, out, flags), Path(), out, with_workers=True), nl=False)
         return 0
     talk = Talk(quiet=options["quiet"])
     request = Request(
-        command=[call.name, *map(str, options["logs"])],
+        command=click.get_current_context().find_root().obj or [call.name],
         document=document,
         logs=options["logs"],
         out=None if is_stream else out,
         stamp=options["stamp"] or "header",
         window=parse_window(options["start"], options["end"], options["duration"]),
+        flags=flags,
     )
     with talk:
         result = run(request, STAGES, talk.watch)

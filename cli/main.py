@@ -72,7 +72,7 @@ class LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=(
         "Exit status: 0 done, 1 failed, 2 usage, 3 written but data was lost, 4 a gate failed, 130 interrupted, "
-        "143 terminated."
+        "141 the reader of the output went away, 143 terminated."
     ),
 )
 @click.version_option(__version__, prog_name="logpose")
@@ -94,7 +94,7 @@ def call(arguments: list[str]) -> int:
     """Run the command line and return its exit status; every error is one line on stderr."""
     try:
         # Not group.main(): it ends with status 1 when the reader of our output goes away.
-        with group.make_context("logpose", list(arguments)) as context:
+        with group.make_context("logpose", list(arguments), obj=list(arguments)) as context:
             status = group.invoke(context)
         sys.stdout.flush()
         return int(status or 0)
@@ -120,7 +120,7 @@ def call(arguments: list[str]) -> int:
     except BrokenPipeError:
         # The reader of our output has gone; the interpreter must not complain about it once more at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
+        return ExitStatus.BROKEN_PIPE
     except Exception as err:  # noqa: BLE001  the last door: no traceback reaches a user who did not ask for it
         text = f"logpose: {type(err).__name__}: {err}. This is a fault of logpose; --traceback shows where."
         return _fail(text.replace("\n", " "), ExitStatus.FAILED, arguments)

@@ -21,7 +21,7 @@ class Talk:
     def __init__(self, *, quiet: bool) -> None:
         """Say less if ``quiet``."""
         self.quiet = quiet
-        self._said: set[str] = set()
+        self._notices: dict[str, Notice] = {}
         self._bar: Any = None
         self._task: Any = None
         self._count = 0
@@ -52,9 +52,8 @@ class Talk:
 
     def watch(self, event: Event, log: Any) -> None:
         """Take note of one event that left the pipeline."""
-        if isinstance(event, Notice) and event.code not in self._said:
-            self._said.add(event.code)
-            click.echo(f"{event.source}: {event.message}", err=True)
+        if isinstance(event, Notice):
+            self._notices.setdefault(event.code, event)
         if self._bar is None or not event.topic:
             return
         self._count += 1
@@ -65,7 +64,14 @@ class Talk:
             self._bar.update(self._task, completed=self._count)
 
     def conclude(self, result: "Result") -> None:
-        """Say what was lost, and where the results lie."""
+        """Say once what should be known, what was lost, and where the results lie.
+
+        Notices wait for the end, so that an error stands alone on its line.
+        """
+        for code, notice in self._notices.items():
+            n = result.notices[code][1]
+            message = notice.message if notice.message.endswith(".") else f"{notice.message}."
+            click.echo(f"{notice.source}: {message}" + (f" ({n} times)" if n > 1 and notice.is_loss else ""), err=True)
         for problem in result.log.problems:
             click.echo(problem, err=True)
         for topic, count in sorted(result.log.counts.items()):

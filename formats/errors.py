@@ -24,6 +24,7 @@ class ExitStatus(IntEnum):
     LOSS = 3
     GATE = 4
     INTERRUPTED = 130
+    BROKEN_PIPE = 141
     TERMINATED = 143
 
 

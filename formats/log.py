@@ -26,7 +26,7 @@ from .errors import ConfigError, FormatError
 from .events import CameraInfo, Event, Image, LaserScan, Range
 from .image_folder import DEFAULT_RATE_HZ
 from .inputs import InputFile, Opened, channels_of, open_inputs
-from .messages import At, event_of, header_stamp, prepared, transforms_of
+from .messages import At, UnusableError, event_of, header_stamp, prepared, transforms_of
 from .reorder import Message, in_stamp_order
 from .survey import Survey, TopicSurvey, survey
 from .topics import AUTO, ROLES, Role, TopicInfo, choose, is_static_transform, topics_of
@@ -200,7 +200,7 @@ class Log:
                     for event_type in ROLES[role or "camera_info"].events
                 )
             except Exception as err:  # noqa: BLE001  # whatever the deserialisers throw
-                count.drop(f"cannot be decoded ({explain(err)})")
+                count.drop(_why(err))
                 continue
             if stamp is None and record.log_time:
                 count.why[NO_STAMP] += 1
@@ -247,7 +247,7 @@ class Log:
                 for transform in transforms_of(decoder_for(record.channel)(record.data)):
                     found.add(transform)
             except Exception as err:  # noqa: BLE001  # whatever the deserialisers throw
-                count.drop(f"cannot be decoded ({explain(err)})")
+                count.drop(_why(err))
             else:
                 count.read += 1
         return found
@@ -294,6 +294,11 @@ def _placed(event: Event, mounts: StaticTransforms, calibration: Calibration | N
     if isinstance(event, Range | LaserScan):
         return replace(event, mount=mounts.mount(event.frame_id))
     return event
+
+
+def _why(err: Exception) -> str:
+    """Return why a message is lost: what it does not say, or that it cannot be decoded."""
+    return explain(err) if isinstance(err, UnusableError) else f"cannot be decoded ({explain(err)})"
 
 
 def _calibration_topic(where: str, infos: Sequence[TopicInfo], chosen: Mapping[str, str]) -> str:

@@ -1,7 +1,7 @@
 """ROS messages -> events: here, and only here, the differences of ROS 1 and ROS 2 and of message types end.
 
 ``event_of(message, kind, wanted, at)`` makes one event; what a message cannot say is None (ROS says "not known" with a
-covariance of -1 or a quaternion of length zero), and what it must say but does not is a ``ValueError``, which the
+covariance of -1 or a quaternion of length zero), and what it must say but does not is an ``UnusableError``, which the
 caller counts.
 """
 
@@ -28,6 +28,10 @@ from .events import (
 )
 from .topics import STRING
 from .transforms import frame_name
+
+
+class UnusableError(ValueError):
+    """A message that was decoded, but does not say what the event needs; the text is the whole reason."""
 
 
 class At(NamedTuple):
@@ -59,7 +63,8 @@ def event_of(message: Any, kind: str, wanted: type[Event], at: At) -> Event:
     """Return ``message`` as an event of type ``wanted``.
 
     Raises:
-        ValueError: the message does not say what the event needs.
+        UnusableError: the message does not say what the event needs.
+        ValueError: its content cannot be decoded.
     """
     if wanted is Sightings:
         return _sightings(message, at)
@@ -145,13 +150,13 @@ def _camera_info(message: Any, at: At) -> CameraInfo:
     K = [float(v) for v in _either(message, "k", "K")]
     fx, fy, cx, cy = K[0], K[4], K[2], K[5]
     if not (fx > 0 and fy > 0):
-        raise ValueError("the camera is not calibrated (focal length 0)")
+        raise UnusableError("the camera is not calibrated (focal length 0)")
     model = _MODELS.get(str(message.distortion_model), str(message.distortion_model))
     D = tuple(float(v) for v in _either(message, "d", "D"))
     if model not in _LENGTHS:
-        raise ValueError(f"distortion model {model!r} is not known")
+        raise UnusableError(f"distortion model {model!r} is not known")
     if len(D) not in _LENGTHS[model] and any(D):
-        raise ValueError(f"distortion model {model!r} with {len(D)} coefficients")
+        raise UnusableError(f"distortion model {model!r} with {len(D)} coefficients")
     if not any(D):
         D = ()
     elif model == "plumb_bob":
@@ -176,9 +181,7 @@ def _camera_info(message: Any, at: At) -> CameraInfo:
 
 def _odometry(message: Any, at: At) -> Odometry:
     pose, twist = message.pose, message.twist
-    orientation = _quaternion_or_none(pose.pose.orientation)
-    if pose.covariance[0] == -1:
-        orientation = None
+    orientation = None if pose.covariance[0] == -1 else _quaternion_or_none(pose.pose.orientation)
     has_twist = twist.covariance[0] != -1
     return Odometry(
         stamp=at.stamp,
@@ -207,7 +210,7 @@ def _twist(message: Any, at: At) -> Odometry:
 
 
 def _imu(message: Any, at: At) -> Imu:
-    orientation = _quaternion_or_none(message.orientation)
+    has_orientation = message.orientation_covariance[0] != -1
     return Imu(
         stamp=at.stamp,
         source=at.role,
@@ -215,7 +218,7 @@ def _imu(message: Any, at: At) -> Imu:
         frame_id=frame_of(message),
         angular=_vector(message.angular_velocity),
         acceleration=_vector(message.linear_acceleration),
-        orientation=None if message.orientation_covariance[0] == -1 else orientation,
+        orientation=_quaternion_or_none(message.orientation) if has_orientation else None,
     )
 
 
@@ -294,23 +297,29 @@ def _either(message: Any, ros2: str, ros1: str) -> Any:
     return getattr(message, ros2) if hasattr(message, ros2) else getattr(message, ros1)
 
 
+_NOT_FINITE = "a value is not a finite number"
+
+
 def _vector(value: Any) -> Array:
     x, y, z = value.x, value.y, value.z
     if not math.isfinite(x + y + z):
-        raise ValueError("a value is not a finite number")
+        raise UnusableError(_NOT_FINITE)
     return np.array((x, y, z), dtype=np.float64)
 
 
 def _quaternion_or_none(value: Any) -> Array | None:
+    """Return a quaternion, None if it is all zeros: not given."""
     x, y, z, w = value.x, value.y, value.z, value.w
     square = x * x + y * y + z * z + w * w
-    return np.array((x, y, z, w), dtype=np.float64) if math.isfinite(square) and square > 1e-12 else None
+    if not math.isfinite(square):
+        raise UnusableError(_NOT_FINITE)
+    return np.array((x, y, z, w), dtype=np.float64) if square > 1e-12 else None
 
 
 def _quaternion(value: Any) -> Array:
     q = _quaternion_or_none(value)
     if q is None:
-        raise ValueError("a quaternion is zero or not finite")
+        raise UnusableError("a quaternion is all zeros, no rotation")
     return q
 
 

@@ -49,6 +49,7 @@ def dead_reckon(events: Iterator[Event], params: DeadReckonParams) -> Iterator[E
         elif isinstance(event, Odometry | Sightings):
             step = reader.read(event) if isinstance(event, Odometry) else reader.until(event.stamp)
             reader.gaps.clear()
+            reader.jumps.clear()
             if pose is None:
                 continue
             pose = compose(pose, _as_pose(step))

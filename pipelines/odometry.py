@@ -3,10 +3,15 @@
 ``OdometryReader`` turns messages into increments between instants. From poses the motion is exact; twists are
 held until the next message, and the motion to it takes the mean of both. To an instant between messages (an
 image) the motion is extrapolated with the last twist; what was extrapolated is taken off the next increment.
+
+A message may lack its pose (a driver that starts up). ``auto`` uses poses as soon as there is one, twists until then,
+and twists for good after ten messages without. A message without pose among poses is skipped: the next pose knows
+the whole way.
 """
 
+import math
 from collections import deque
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -18,38 +23,66 @@ from .geometry.se2 import between
 
 _NS = 1e-9
 
+_PATIENCE = 10
+"""After so many messages without pose ``auto`` takes the log for one of twists."""
+
+_LEAST_S = 0.01
+"""Two messages count as at least so far apart: stamps that nearly meet must not make a jump of every centimetre."""
+
 Twist = tuple[float, float, float]
+
+
+class Jump(NamedTuple):
+    """Two poses of odometry that no drive connects: at ``stamp`` [ns], by how much, and in what time."""
+
+    stamp: int
+    metres: float
+    radians: float
+    seconds: float
 
 
 class OdometryReader:
     """Motion of the robot from instant to instant.
 
     Attributes:
-        count: messages read.
+        count: messages used.
+        skipped: messages left out because they lack the pose that others have.
         gaps: (stamp [ns], length [s]) of silences longer than ``gap_s``, not yet fetched by the caller.
+        jumps: motions between two poses that are faster than ``jump``, not yet fetched by the caller.
         twist: last v_x, v_y [m/s], omega [rad/s].
     """
 
-    def __init__(self, odometry_from: Literal["auto", "pose", "twist"] = "auto", gap_s: float = 1.0) -> None:
-        """Choose the half of the messages to use, and the silence [s] that counts as a gap."""
+    def __init__(
+        self,
+        odometry_from: Literal["auto", "pose", "twist"] = "auto",
+        gap_s: float = 1.0,
+        jump: tuple[float, float] = (10.0, 10.0),
+    ) -> None:
+        """Choose the half of the messages, the silence [s] that is a gap, the speed [m/s, rad/s] that is a jump."""
         self.odometry_from = odometry_from
         self.gap_s = gap_s
-        self.count = 0
+        self.jump = jump
+        self.count = self.skipped = 0
         self.gaps: deque[tuple[int, float]] = deque()
+        self.jumps: deque[Jump] = deque()
         self.twist: Twist | None = None
         self._pose: Array | None = None
+        self._poseless = 0
         self._ahead = Increment()  # extrapolated since the last message
         self._heard: int | None = None
         self._at: int | None = None
 
     def read(self, event: Odometry) -> Increment:
-        """Return the motion from the last instant asked for to the stamp of this message.
+        """Return the motion from the last instant asked for to the stamp of this message; none if it is skipped.
 
         Raises:
             ValueError: a number is not finite, the half that was asked for is missing, or the stamp goes
             back.
         """
         pose, twist = self._halves(event)
+        if pose is None and twist is None:
+            self.skipped += 1
+            return Increment()
         if self._heard is not None and event.stamp < self._heard:
             raise ValueError(
                 f"odometry goes back in time by {(self._heard - event.stamp) * _NS:.9f} s. "
@@ -57,10 +90,11 @@ class OdometryReader:
             )
         self.count += 1
         step = self._step(event.stamp, pose, twist)
-        if self._heard is not None and pose is not None and self._pose is not None and event.stamp > self._heard:
+        if self._heard is not None and pose is not None and self._pose is not None:
             dt = (event.stamp - self._heard) * _NS
-            whole = between(self._pose, pose)
-            self.twist = (float(whole[0]) / dt, float(whole[1]) / dt, float(whole[2]) / dt)
+            x, y, turn = (float(value) for value in between(self._pose, pose))
+            if not self._has_jumped(event.stamp, math.hypot(x, y), abs(turn), dt) and dt > 0.0:
+                self.twist = (x / dt, y / dt, turn / dt)
         if twist is not None:
             self.twist = twist
         self._pose, self._heard, self._at, self._ahead = pose, event.stamp, event.stamp, Increment()
@@ -101,31 +135,46 @@ class OdometryReader:
         mean = tuple(0.5 * (a + b) for a, b in zip(self.twist, twist, strict=True))
         return twist_increment((mean[0], mean[1], mean[2]), dt, gap)
 
+    def _has_jumped(self, stamp: int, metres: float, radians: float, seconds: float) -> bool:
+        """Tell whether two poses are too far apart [m, rad] for the time between them [s], and remember it."""
+        least = max(seconds, _LEAST_S)
+        is_jump = metres > self.jump[0] * least or radians > self.jump[1] * least
+        if is_jump:
+            self.jumps.append(Jump(stamp, metres, radians, seconds))
+        return is_jump
+
     def _halves(self, event: Odometry) -> tuple[Array | None, Twist | None]:
-        """Return the pose (3,) or None, and the twist or None, as they were asked for."""
+        """Return the pose (3,) or None, and the twist or None, as they were asked for; neither: skip the message."""
         for name in ("position", "orientation", "linear", "angular"):
             values = getattr(event, name)
             if values is not None and not np.all(np.isfinite(values)):
                 raise ValueError(f"odometry {name} is not finite: {_listed(values)}. Repair or cut the log there.")
-        has_pose = event.position is not None and event.orientation is not None
-        has_twist = event.linear is not None and event.angular is not None
-        choice = self.odometry_from
-        if choice == "auto":
-            choice = "pose" if has_pose else "twist"
-            self.odometry_from = choice
-        pose, twist = None, None
-        if choice == "pose":
-            if event.position is None or event.orientation is None:
-                raise ValueError("odometry has no pose. Set odometry_from to twist.")
-            if not np.any(event.orientation):
-                raise ValueError("odometry orientation is all zeros, no rotation. Set odometry_from to twist.")
-            yaw = yaw_from_quaternion(event.orientation)
-            pose = np.array([event.position[0], event.position[1], yaw])
-        elif not has_twist:
-            raise ValueError("odometry has no twist. Set odometry_from to pose.")
-        if event.linear is not None and event.angular is not None and (choice == "twist" or np.any(event.linear)):
+        pose = None
+        if event.position is not None and event.orientation is not None and np.any(event.orientation):
+            pose = np.array([event.position[0], event.position[1], yaw_from_quaternion(event.orientation)])
+        twist = None
+        if event.linear is not None and event.angular is not None:
             twist = (float(event.linear[0]), float(event.linear[1]), float(event.angular[2]))
-        return pose, twist
+        if self.odometry_from == "auto":
+            self._choose(has_pose=pose is not None)
+        if self.odometry_from == "twist":
+            if twist is None:
+                raise ValueError("odometry has no twist. Set odometry_from to pose.")
+            return None, twist
+        if self.odometry_from == "pose":
+            if pose is None and self._pose is None:
+                raise ValueError("odometry has no pose. Set odometry_from to twist.")
+            is_filled = pose is not None and event.linear is not None and bool(np.any(event.linear))
+            return pose, twist if is_filled else None
+        return None, twist
+
+    def _choose(self, *, has_pose: bool) -> None:
+        """Decide for poses at the first one, for twists when it has not come after some messages."""
+        self._poseless += not has_pose
+        if has_pose:
+            self.odometry_from = "pose"
+        elif self._poseless >= _PATIENCE:
+            self.odometry_from = "twist"
 
 
 def parse_start_pose(text: str) -> Array:
@@ -169,7 +218,10 @@ def start_pose_of(event: Pose) -> tuple[Array, Array | None]:
     return pose, cov
 
 
-MISSING_START_POSE = "no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose."
+MISSING_START_POSE = (
+    "no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose; a logged one before --start is not "
+    "seen."
+)
 MISSING_ODOMETRY = "no odometry in the log. Name its topic with --topic odometry=/NAME."
 
 

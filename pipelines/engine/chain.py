@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from ...formats.errors import LogposeError, StageError
+from ...formats.errors import FormatError, LogposeError, StageError
 from ...formats.events import Event
 from .pipeline import BoundStage, Pipeline
 from .workers import apply_in_threads, apply_serially
@@ -114,8 +114,15 @@ def _timed(stream: Iterator[Event], tally: StageTally) -> Iterator[Event]:
         yield event
 
 
-def _located(err: Exception, stage: BoundStage, event: Event | None) -> LogposeError:
-    """Say where it happened, unless the error already does."""
+def _located(err: Exception, stage: BoundStage, event: Event | None) -> Exception:
+    """Say where it happened, unless the error already does; a reader of ours that went away is no error of a stage."""
+    if isinstance(err, BrokenPipeError):
+        return err
+    if isinstance(err, OSError):
+        reason = err.strerror or type(err).__name__
+        return FormatError(
+            f"{stage.spec.name}: cannot write ({reason}). Free some space or choose another place with -o."
+        )
     if isinstance(err, StageError) and not err.is_located:
         reason = str(err)
     elif isinstance(err, LogposeError):

@@ -81,21 +81,24 @@ def assign(document: Document, settings: Sequence[tuple[str, Value]]) -> Documen
     return replace(document, stages=tuple(entries))
 
 
-def bind(document: Document, table: Table, out: Path) -> Pipeline:
+def bind(document: Document, table: Table, out: Path, flags: Mapping[str, str] | None = None) -> Pipeline:
     """Check every word of a document and build its parameters.
 
     Args:
         document: as read, with everything laid over it.
         table: stage name -> ``module:function``.
         out: the run folder, for the files that stages write.
+        flags: ``stage.parameter`` -> the flag of the command line that gives it, for the cure.
 
     Raises:
         ConfigError: with file, line, and what was probably meant.
     """
-    return Pipeline(document.name, document.topics, tuple(_bind(entry, table, out) for entry in document.stages))
+    return Pipeline(
+        document.name, document.topics, tuple(_bind(entry, table, out, flags or {}) for entry in document.stages)
+    )
 
 
-def _bind(entry: StageEntry, table: Table, out: Path) -> BoundStage:
+def _bind(entry: StageEntry, table: Table, out: Path, flags: Mapping[str, str]) -> BoundStage:
     if entry.name not in table:
         raise ConfigError(f"{entry.where}: no stage {entry.name!r}. {closest(entry.name, table)}")
     spec = load_stage(entry.name, table[entry.name])
@@ -105,7 +108,7 @@ def _bind(entry: StageEntry, table: Table, out: Path) -> BoundStage:
     try:
         params = spec.params.model_validate_json(json.dumps(raw, allow_nan=False, default=str), strict=True)
     except ValidationError as err:
-        raise ConfigError(_explain(err, entry, spec)) from err
+        raise ConfigError(_explain(err, entry, spec, flags)) from err
     except ValueError as err:  # nan and inf are no JSON
         raise ConfigError(f"{entry.where}: {entry.name} has a parameter that is not finite. Give numbers.") from err
     return BoundStage(spec, _resolve_paths(params, values, out), entry.where, workers)
@@ -123,7 +126,7 @@ def _workers(spec: StageSpec, value: Value | None) -> int:
     return value.value
 
 
-def _explain(err: ValidationError, entry: StageEntry, spec: StageSpec) -> str:
+def _explain(err: ValidationError, entry: StageEntry, spec: StageSpec, flags: Mapping[str, str]) -> str:
     """Turn the first complaint into one line: where, what is wrong, what to do."""
     problem = err.errors()[0]
     key = str(problem["loc"][0]) if problem["loc"] else ""
@@ -135,7 +138,8 @@ def _explain(err: ValidationError, entry: StageEntry, spec: StageSpec) -> str:
             return f"{where}: {entry.name} has no parameter {key!r}. {closest(key, known)}"
         case "missing":
             what = (fields[key].description or "").rstrip(".")
-            return f"{where}: {entry.name} needs {key!r}: {what}. Give it with --set {entry.name}.{key}=VALUE."
+            flag = flags.get(f"{entry.name}.{key}", f"--set {entry.name}.{key}=VALUE")
+            return f"{where}: {entry.name} needs {key!r}: {what}. Give it with {flag}."
         case _:
             what = ((fields[key].description if key in fields else None) or "").rstrip(".")
             message = problem["msg"].removeprefix("Value error, ").rstrip(".")

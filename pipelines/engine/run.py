@@ -5,7 +5,7 @@ Result files hold no wall-clock time, so the same input gives the same bytes; ho
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -36,6 +36,7 @@ class Request:
         out: the run folder; None when the result goes to standard output and nothing is left behind.
         stamp: which time orders the log.
         window: which part of the log.
+        flags: ``stage.parameter`` -> the flag that gives it, for messages.
     """
 
     command: Sequence[str]
@@ -44,6 +45,7 @@ class Request:
     out: Path | None
     stamp: Literal["header", "log"] = "header"
     window: Window | None = None
+    flags: Mapping[str, str] = field(default_factory=dict)
 
 
 def run(request: Request, table: Table, watch: Watch | None = None) -> Result:
@@ -59,14 +61,24 @@ def run(request: Request, table: Table, watch: Watch | None = None) -> Result:
     """
     keep_buffers()
     out = request.out or Path()
-    pipeline = bind(request.document, table, out)
+    pipeline = bind(request.document, table, out, request.flags)
     if not request.logs:
         raise ConfigError(f"{pipeline.name}: no log given. Name a bag, an MCAP file or a folder of images.")
     topics = {role: topic for role, topic in pipeline.topics.items() if topic != NONE}
+    if not topics:
+        raise ConfigError(
+            f"{pipeline.name}: no topics to read. Add 'topics: {{image: auto, odometry: auto}}' or --topic."
+        )
     log = open_log(request.logs, topics, stamp=request.stamp, window=request.window)
     pipeline = replace(pipeline, topics={role: log.chosen.get(role, NONE) for role in pipeline.topics})
     chain = Chain(pipeline, _with_provenance(log, pipeline, out))
-    results, notices = _drain(chain, log, watch)
+    was_there = out.exists()
+    try:
+        results, notices = _drain(chain, log, watch)
+    except BaseException:
+        if not was_there and out.is_dir() and not any(out.iterdir()):
+            out.rmdir()
+        raise
     lost = log.has_loss or any(notice.is_loss for notice, _ in notices.values())
     result = Result(
         status=ExitStatus.LOSS if lost else ExitStatus.DONE,

@@ -7,6 +7,7 @@ import numpy as np
 from ...formats.errors import FormatError
 from ...formats.events import Event, Notice, Pose, Summary
 from ...formats.products import Trajectory
+from ...formats.waypoints import read_waypoints
 from .evaluation import EvaluateParams
 from .evaluation import evaluate as compare
 
@@ -16,11 +17,15 @@ ROLES = frozenset({"truth", "initial_pose", "pose"})
 
 def evaluate(events: Iterator[Event], params: EvaluateParams) -> Iterator[Event]:
     """Compare the poses of an estimator with the truth; says nothing in a log without truth."""
+    if params.waypoints is not None:
+        read_waypoints(params.waypoints)  # what is wrong with it is said before the log is read
     truth: list[Pose] = []
     estimate: list[Pose] = []
+    stamp = 0
     source = params.source
     for event in events:
         yield event
+        stamp = max(stamp, event.stamp)
         if not isinstance(event, Pose):
             continue
         if event.source == "truth":
@@ -29,18 +34,28 @@ def evaluate(events: Iterator[Event], params: EvaluateParams) -> Iterator[Event]
             source = source or event.source
             if event.source == source:
                 estimate.append(event)
+    yield from _verdict(truth, estimate, source, stamp, params)
+
+
+def _verdict(
+    truth: list[Pose], estimate: list[Pose], source: str, stamp: int, params: EvaluateParams
+) -> Iterator[Event]:
+    def notice(code: str, message: str, *, is_loss: bool = False) -> Notice:
+        return Notice(stamp=stamp, source="evaluate", code=code, message=message, is_loss=is_loss)
+
     if not truth:
+        if params.waypoints is not None:
+            message = "waypoints are given, but there is no truth to find their passes in. Pass --reference FILE."
+            yield notice("waypoints-without-truth", message)
         return
-    stamp = max(pose.stamp for pose in (truth[-1], *estimate[-1:]))
     if not estimate:
         words = f"of {source!r} " if source else ""
-        message = f"there is a truth but no pose {words}to compare with it"
-        yield Notice(stamp=stamp, source="evaluate", code="evaluate-no-estimate", message=message)
+        yield notice("evaluate-no-estimate", f"there is a truth but no pose {words}to compare with it")
         return
     try:
         evaluation = compare(trajectory(truth), trajectory(estimate), params)
     except FormatError as err:
-        yield Notice(stamp=stamp, source="evaluate", code="evaluate-failed", message=str(err), is_loss=True)
+        yield notice("evaluate-failed", str(err), is_loss=True)
         return
     yield Summary(stamp=stamp, source="evaluation", values={"source": source, **evaluation.result})
 

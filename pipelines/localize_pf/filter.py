@@ -59,7 +59,7 @@ class Update:
         surprise: (n,) logarithm of the sighting's density under the cloud, over that of clutter.
         ess: effective number of particles before resampling.
         resampled: whether the cloud was drawn anew.
-        underflow: whether all weights were zero, so that they were made equal.
+        underflow: whether all weights were zero, so that the cloud was kept as it is.
     """
 
     matches: Indices
@@ -209,7 +209,7 @@ class ParticleFilter:
         return mean, 0.5 * (cov + cov.T)
 
     def elsewhere(self) -> float:
-        """Return the weight of particles that are not at the place of the likeliest ones."""
+        """Return the weight of particles farther than ``ambiguous_m`` from the weighted median of each axis."""
         w = np.exp(self.cloud.log_w)
         xy = self.cloud.poses[:, :2]
         if float(np.max(np.ptp(xy, axis=0))) < 0.5 * self.params.ambiguous_m:
@@ -220,7 +220,10 @@ class ParticleFilter:
 
 
 def _median(xy: Array, w: Array) -> Array:
-    """Return the weighted median per axis: a place inside the heaviest group of particles."""
+    """Return the weighted median of each axis on its own (2,).
+
+    While one group of particles has more than half of the weight, it lies inside that group, unlike the mean.
+    """
     half = []
     for axis in (0, 1):
         order = np.argsort(xy[:, axis], kind="stable")

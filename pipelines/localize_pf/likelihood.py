@@ -29,10 +29,6 @@ from .params import LocalizePfParams
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-_TURN_LENGTH_RAD = 1.0
-_REST_S = 60.0
-"""Progress of one also comes from turning by this, or waiting for this long (light, people and floors change)."""
-
 _MOST = 1e6
 
 LEAST_M2 = 1e-8
@@ -45,12 +41,12 @@ def map_noise(variance: float, since: Increment, params: LocalizePfParams) -> fl
     Args:
         variance: of the survey error per axis [m^2].
         since: motion since the last image with sightings; ``dt`` of infinity for the first.
-        params: the correlation length.
+        params: the way, turn and time that are a progress of one.
 
     Returns:
         ``variance * coth(progress / 2)`` [m^2].
     """
-    progress = since.length / params.map_length_m + since.turn / _TURN_LENGTH_RAD + since.dt / _REST_S
+    progress = since.length / params.map_length_m + since.turn / params.map_turn_rad + since.dt / params.map_s
     return variance / max(float(np.tanh(0.5 * progress)), 1.0 / _MOST)
 
 

@@ -6,9 +6,13 @@ of covariance P (8, 8), whose pose error lives in the robot's frame: ``X_true = 
 motion of an error nor its measurement depends on where the particle is, so that one P serves the whole
 cloud::
 
-    X'  = X o (a, phi)       a = (1 + s_v) Rot(delta/2) (dx, dy),  phi = dtheta + delta,  delta = s_w dtheta +
-    b dt xi' = Rot(-phi) (xi_xy + xi_th J a) + noise of (a, phi)        J = [0 -1; 1 0]
-    shift' = e^(-dt/tau) shift + noise
+    delta  = s_w dtheta + b dt
+    a      = (1 + s_v) Rot(delta / 2) (dx, dy)
+    phi    = dtheta + delta
+    X'     = X o (a, phi)
+    xi_xy' = Rot(-phi) (xi_xy + xi_th J a) + noise of (a, phi)        J = [0 -1; 1 0]
+    xi_th' = xi_th + noise of phi
+    shift' = e^(-dt / tau) shift + noise
 """
 
 from dataclasses import dataclass

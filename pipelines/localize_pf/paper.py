@@ -10,14 +10,14 @@ P_b. Eqs (4)-(9), for horizontal range r and bearing b of every detection, each 
 
     w = prod P_r P_b,     P(z, z*) = exp(-(z - z*)^2 / (2 sigma^2)) / sqrt(2 pi sigma^2)
 
-Roulette resampling after every image.
+Roulette resampling after every image in which a landmark was seen.
 
 Differs from the print in: products are sums of logarithms; the bearing's residual is wrapped; Table 1 loops
 over the detections too, and the answer has an index per particle; ``arc`` is finite at w = 0 (0/0 in print);
 range is the horizontal one on both sides (eq. 1 is the slant range, the map is flat). ``exponent: 2pi``
 restores the printed denominator 2 pi sigma^2, which is no normal density; ``noise_as: variance`` reads b as a
-variance. Not in the paper: when all weights are zero they are made equal, and counted; the reported id is the
-vote of the cloud.
+variance. Not in the paper: when all weights are zero the cloud stays as it is, and that is counted; the reported
+id is the vote of the cloud.
 """
 
 from typing import TypeAlias
@@ -103,7 +103,7 @@ class PaperFilter:
         """Do nothing: the paper has no search."""
 
     def update(self, z: Array, R: Array, given: Indices | None = None) -> Update:
-        """Weigh by eqs (7)-(9) with the ids of Table 1, and resample.
+        """Weigh by eqs (7)-(9) with the ids of Table 1, and resample; a cloud that learnt nothing stays as it is.
 
         Args:
             z: (n, 2) in the robot's frame [m].
@@ -136,10 +136,11 @@ class PaperFilter:
             self.log_w, _ = normalise(self.log_w + product)
         ess, w = effective_sample_size(self.log_w), np.exp(self.log_w)
         matches = np.array([vote(answers[:, i], w) for i in range(n)], dtype=np.intp)
-        if n:
+        resampled = not underflow and bool(np.any(answers != CLUTTER))
+        if resampled:
             self.poses = self.poses[roulette(w, self.rng)]
             self.log_w = uniform(N)
-        return Update(matches, surprise, ess, resampled=n > 0, underflow=underflow)
+        return Update(matches, surprise, ess, resampled, underflow)
 
     def _nearest(self, points: Array) -> Indices:
         """Return (N, n_nearest) indices of the landmarks nearest to points (N, 2), Table 1, line 2."""

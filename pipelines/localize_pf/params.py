@@ -48,10 +48,16 @@ class LocalizePfParams(Params):
         0.005, ge=0, description="white error of a sighting beyond its own covariance, per axis [m]"
     )
     map_sigma_m: float = Field(
-        0.015, ge=0, description="survey error of a landmark per axis, where the map has no covariances [m]"
+        0.015,
+        ge=0,
+        description="survey error of a landmark per axis [m]; a map with covariances says it itself, by their mean",
     )
     map_length_m: float = Field(
         1.5, gt=0, description="way after which survey errors of what is in view are new ones [m]"
+    )
+    map_turn_rad: float = Field(1.0, gt=0, description="turn after which they are [rad]")
+    map_s: float = Field(
+        60.0, gt=0, description="time after which they are, for a robot that stands (light, people change) [s]"
     )
     shift_sigma_m: float = Field(
         0.02,
@@ -88,6 +94,10 @@ class LocalizePfParams(Params):
     gap_s: float = Field(1.0, gt=0, description="odometry silent for longer is a gap [s]")
     gap_speed_m_s: float = Field(0.3, ge=0, description="unknown speed in a gap of odometry, 1 sigma [m/s]")
     gap_turn_rad_s: float = Field(0.3, ge=0, description="unknown turn rate in a gap of odometry, 1 sigma [rad/s]")
+    jump_speed_m_s: float = Field(
+        10.0, gt=0, description="poses of odometry that move faster jump, which is said [m/s]"
+    )
+    jump_turn_rad_s: float = Field(10.0, gt=0, description="poses of odometry that turn faster jump [rad/s]")
 
     kernel_m: float = Field(
         0.1, gt=0, description="a particle whose position is less certain is spread into the cloud [m]"

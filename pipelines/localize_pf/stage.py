@@ -43,9 +43,11 @@ def localize_pf(events: Iterator[Event], params: LocalizePfParams) -> Iterator[E
 
     Reads Odometry, Sightings (of ``detect-circles`` or the log; with ``association: given`` the true ones)
     and the start pose; never the truth. Per Sightings: a Pose in ``map`` with covariance (height, roll and
-    pitch held at
-    1 mm and 1 mrad: a plane) and info, and the sightings with their ids. Where the log has no sightings for
-    ``silence_s``, poses follow the odometry. At the end a Summary.
+    pitch held at 1 mm and 1 mrad: a plane) and info, and the sightings with their ids. Where the log has no
+    sightings for ``silence_s``, poses follow the odometry. At the end a Summary.
+
+    Covariances of landmarks in the map are averaged, over the whole map and both axes, into one variance of
+    the survey; without them it is ``map_sigma_m`` squared.
 
     Raises:
         ConfigError: no start pose, no odometry, no sightings, or a map that cannot be in metres.
@@ -78,7 +80,9 @@ class _Run:
         if landmarks.covariances is not None:
             variance = float(np.mean(landmarks.covariances[:, [0, 1], [0, 1]]))
         self.localizer = Localizer(landmarks.positions[:, :2], variance, params)
-        self.reader = OdometryReader(params.odometry_from, params.gap_s)
+        self.reader = OdometryReader(
+            params.odometry_from, params.gap_s, jump=(params.jump_speed_m_s, params.jump_turn_rad_s)
+        )
         given = params.association == "given"
         self.roles = {"true_sightings"} if given else {"detect-circles", "sightings"}
         self.last = -(2**63)
@@ -111,6 +115,13 @@ class _Run:
             yield Notice(
                 stamp=stamp, source=SOURCE, code="odometry-gap",
                 message=f"odometry is silent for {seconds:.3f} s; the pose is uncertain there.",
+            )  # fmt: skip
+        while self.reader.jumps:
+            jump = self.reader.jumps.popleft()
+            yield Notice(
+                stamp=jump.stamp, source=SOURCE, code="odometry-jump",
+                message=f"odometry jumps by {jump.metres:.3f} m and {math.degrees(jump.radians):.1f} deg within "
+                f"{jump.seconds:.3f} s at stamp {jump.stamp} ns; poses after it are wrong until the map corrects them.",
             )  # fmt: skip
         if self.last_pose is None or not self.localizer.is_started:
             return
@@ -145,6 +156,12 @@ class _Run:
         self._complain()
         if self.bridging is not None:
             yield self.bridging
+        if self.reader.skipped:
+            yield Notice(
+                stamp=self.last, source=SOURCE, code="odometry-without-pose",
+                message=f"{self.reader.skipped} of {self.reader.skipped + self.reader.count} odometry messages give no "
+                "pose and were skipped; their motion is in the next pose, if one comes.",
+            )  # fmt: skip
         tally = self.localizer.tally
         yield from self._nothing_matched()
         values = {"method": self.params.method, **tally.values(), "n_before_start": self.n_before_start}

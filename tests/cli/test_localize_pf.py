@@ -1,6 +1,10 @@
 import json
+import os
 import re
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -116,11 +120,12 @@ def fails(logpose, landmarks, tmp_path):
     def check(log, status, line, *words):
         out = tmp_path / "out"
         done = logpose("localize-pf", log, "--map", landmarks, "-q", "-o", out, *words)
-        assert done.err.splitlines()[-1] == line
+        said = done.err.splitlines()
+        assert (said if status in {1, 2} else said[-1:]) == [line]
         assert done.status == status
         assert done.out == ""
         if status in {1, 2}:
-            assert not out.exists() or names(out) == [], "something was left behind"
+            assert not out.exists(), "something was left behind"
 
     return check
 
@@ -141,10 +146,17 @@ def test_a_topic_that_is_not_there(fails, drive):
 
 def test_no_calibration(fails, rewrite):
     line = (
-        "detect-circles: there is no calibration for the images on /ceiling/image_raw (no CameraInfo in the log). "
+        "detect-circles: there is no calibration for the images on /ceiling/image_raw (no CameraInfo in the log, "
+        "or one with focal length 0: the camera is not calibrated). "
         "Pass one with --camera FILE."
     )
     fails(rewrite(lambda e: None if isinstance(e, CameraInfo) else e), 2, line)
+
+    def blank(event):
+        is_info = isinstance(event, CameraInfo)
+        return replace(event, calibration=replace(event.calibration, fx=0.0, fy=0.0)) if is_info else event
+
+    fails(rewrite(blank, "blank.mcap"), 2, line)
 
 
 def test_images_of_another_size_than_the_calibration(fails, rewrite):
@@ -188,9 +200,14 @@ def test_no_odometry(fails, rewrite):
     fails(rewrite(lambda e: None if isinstance(e, Odometry) else e), 2, line)
 
 
-def test_no_start_pose(fails, rewrite):
+def test_no_start_pose(fails, drive, rewrite):
     log = rewrite(lambda e: None if e.topic == "/initialpose" else e)
-    fails(log, 2, "localize-pf: no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose.")
+    line = (
+        "localize-pf: no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose; a logged one before "
+        "--start is not seen."
+    )
+    fails(log, 2, line)
+    fails(drive, 2, line, "--start", "1")
 
 
 def test_a_start_pose_of_other_words(fails, drive):
@@ -198,14 +215,15 @@ def test_a_start_pose_of_other_words(fails, drive):
     fails(drive, 2, line, "--initial-pose", "1,2")
 
 
-def test_odometry_that_is_no_number(fails, rewrite):
+@pytest.mark.parametrize(("field", "n"), [("position", 3), ("orientation", 4), ("linear", 3)])
+def test_odometry_that_is_no_number(fails, rewrite, field, n):
     def change(event):
         if isinstance(event, Odometry) and event.stamp > 1451606402_000000000:
-            return replace(event, position=np.array([np.nan, 0, 0]))
+            return replace(event, **{field: np.array([np.nan, 0, 0, 1])[:n]})
         return event
 
     log = rewrite(change)
-    fails(log, 3, "/odom: 45 of 86 messages lost: 45 x cannot be decoded (a value is not a finite number).")
+    fails(log, 3, "/odom: 45 of 86 messages lost: 45 x a value is not a finite number.")
 
 
 def test_a_gap_in_the_odometry_is_said_and_no_loss(logpose, rewrite, landmarks, tmp_path):
@@ -245,3 +263,41 @@ def test_an_empty_map_and_a_map_with_a_point_twice(logpose, drive, tmp_path):
     assert logpose("localize-pf", drive, "--map", twice, "-q", "-o", tmp_path / "o").err == (
         f"{twice}:3: landmarks 0 and 1 are 0.010 m apart. Remove one; landmarks must be at least 0.05 m apart.\n"
     )
+
+
+def test_a_forgotten_map_is_asked_for_by_its_flag(logpose, drive):
+    line = "localize_pf.yaml:5: localize-pf needs 'map': landmark map, landmarks.yaml or CSV. Give it with --map.\n"
+    done = logpose("localize-pf", drive)
+    assert (done.status, done.err) == (2, line)
+
+
+def test_waypoints_are_read_before_the_log(fails, drive, tmp_path):
+    fails(drive, 1, f"{tmp_path}/none.yaml: no such file. Check the path.", "--waypoints", tmp_path / "none.yaml")
+
+
+def test_waypoints_without_truth_are_said(logpose, drive, landmarks, rewrite, tmp_path):
+    blind = rewrite(lambda e: None if e.topic == "/ground_truth/pose" else e)
+    places = drive.with_suffix(".waypoints.yaml")
+    done = logpose("localize-pf", blind, "--map", landmarks, "-q", "-o", tmp_path / "o", "--waypoints", places)
+    assert done.status == 0
+    assert done.err.splitlines()[-1] == (
+        "evaluate: waypoints are given, but there is no truth to find their passes in. Pass --reference FILE."
+    )
+
+
+def test_a_reader_that_goes_away_in_the_middle_ends_the_run_quietly(drive, landmarks):
+    words = [sys.executable, "-m", "logpose", "detect-circles", str(drive), "--map", str(landmarks), "-q", "-o", "-"]
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    done = subprocess.run(words, stdout=write_end, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write_end)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_a_full_disk_is_said_in_one_line(drive, landmarks):
+    words = [sys.executable, "-m", "logpose", "detect-circles", str(drive), "--map", str(landmarks), "-q", "-o", "-"]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert "No space left on device" in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from logpose.formats.errors import StageError
+from logpose.formats.errors import FormatError, StageError
 from logpose.formats.events import Image, Odometry, Pose
 from logpose.pipelines.engine.chain import Chain
 from logpose.pipelines.engine.document import parse_document
@@ -103,3 +103,24 @@ def test_each_stage_is_timed_and_counted_by_itself(stages):
 def test_the_same_stage_twice_has_two_names(stages):
     chain = Chain(pipeline(stages, "count", "count"), [])
     assert list(chain.seconds()) == ["read", "count", "count#2"]
+
+
+@pytest.mark.parametrize(
+    ("error", "kind", "words"),
+    [
+        (BrokenPipeError(), BrokenPipeError, ""),
+        (
+            OSError(28, "No space left on device"),
+            FormatError,
+            "count: cannot write (No space left on device). Free some space or choose another place with -o.",
+        ),
+    ],
+)
+def test_a_pipe_or_a_disk_that_ends_is_no_fault_of_a_stage(stages, error, kind, words):
+    def source():
+        yield Odometry(stamp=1)
+        raise error
+
+    with pytest.raises(kind) as caught:
+        list(Chain(pipeline(stages, "count"), source()))
+    assert words in str(caught.value)

@@ -106,3 +106,9 @@ def test_schema_names_every_stage_and_refuses_unknown_keys(stages):
     assert set(square["properties"]) == {"add", "workers"}
     assert square["additionalProperties"] is False
     assert square["description"] == "Square the width of an image."
+
+
+def test_a_needed_parameter_names_the_flag_that_gives_it(stages):
+    with pytest.raises(ConfigError) as caught:
+        bind(document("  - needs"), stages.TABLE, Path("out"), {"needs.map": "--map"})
+    assert str(caught.value) == "p.yaml:3: needs needs 'map': landmark map. Give it with --map."

@@ -108,3 +108,10 @@ def test_lost_messages_make_the_status_loss(stages, log, tmp_path):
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["status"] == "loss"
     assert "cut off" in report["problems"][0]
+
+
+def test_a_pipeline_that_names_no_topic_is_a_mistake(stages, log, tmp_path):
+    text = PIPELINE.replace("topics: {image: auto, odometry: auto}\n", "")
+    with pytest.raises(ConfigError) as caught:
+        run(request(log, tmp_path / "out", text), stages.TABLE)
+    assert str(caught.value) == ("p.yaml: no topics to read. Add 'topics: {image: auto, odometry: auto}' or --topic.")

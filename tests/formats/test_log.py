@@ -241,12 +241,43 @@ def test_true_sightings_never_pass_for_sightings(tmp_path, some_sightings):
     assert open_log([path], {"true_sightings": "auto"}).chosen == {"true_sightings": "/ground_truth/sightings"}
 
 
-def test_undecodable_messages_are_counted_and_skipped(tmp_path, recording):
+def test_messages_that_say_nothing_usable_are_counted_and_skipped(tmp_path, recording):
     bad = replace(recording[4], orientation=np.zeros(4))
     log = open_log([write(tmp_path / "a.mcap", [bad, recording[8]])], {"truth": "auto"})
     assert len(list(log)) == 1
-    assert log.counts["/ground_truth/pose"].why == {"cannot be decoded (a quaternion is zero or not finite)": 1}
+    assert log.counts["/ground_truth/pose"].why == {"a quaternion is all zeros, no rotation": 1}
     assert log.has_loss
+
+
+@pytest.mark.parametrize("field", ["position", "orientation", "linear"])
+def test_odometry_that_is_no_number_is_lost_wherever_it_is(tmp_path, field):
+    bad, *good = drive([START, START + 1, START + 2])
+    value = np.array([0.0, 0.0, np.nan, 1.0])[: len(getattr(bad, field))]
+    log = open_log([write(tmp_path / "a.mcap", [replace(bad, **{field: value}), *good])], {"odometry": "auto"})
+    assert len(list(log)) == 2
+    assert log.counts["/odom"].why == {"a value is not a finite number": 1}
+    assert log.has_loss
+
+
+def test_messages_that_cannot_be_decoded_are_counted_and_skipped(tmp_path, some_sightings):
+    from logpose.formats.topics import STRING
+
+    path = tmp_path / "a.mcap"
+    with create_log(path) as writer:
+        writer.write(some_sightings)
+        writer.write_message(some_sightings.topic, STRING, START + 1, {"data": "{"})
+    log = open_log([path], {"sightings": "/sightings"})
+    assert len(list(log)) == 1
+    (why,) = log.counts["/sightings"].why
+    assert why.startswith("cannot be decoded (Expecting property name")
+
+
+def test_a_camera_that_is_not_calibrated_gives_no_calibration_and_says_so(tmp_path, recording):
+    info, image = recording[1], recording[2]
+    blank = replace(info, calibration=replace(info.calibration, fx=0.0, fy=0.0))
+    log = open_log([write(tmp_path / "a.mcap", [blank, image])], {"image": "auto"})
+    assert [i.calibration for i in log] == [None]
+    assert log.counts["/camera/camera_info"].why == {"the camera is not calibrated (focal length 0)": 1}
 
 
 def test_a_missing_file_says_so(tmp_path):

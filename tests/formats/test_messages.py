@@ -8,7 +8,7 @@ from logpose.formats.container import Channel
 from logpose.formats.decode import decoder_for
 from logpose.formats.encode import Encoder, as_message
 from logpose.formats.events import CameraInfo, Image, Imu, LaserScan, Odometry, Pose, Range, Transform
-from logpose.formats.messages import At, event_of, header_stamp, transforms_of
+from logpose.formats.messages import At, UnusableError, event_of, header_stamp, transforms_of
 
 AT = At(5_000_000_007, "role", "/topic")
 UNIT = np.array([0.0, 0.0, 0.0, 1.0])
@@ -156,6 +156,30 @@ def test_four_coefficients_of_plumb_bob_become_five():
 def test_the_format_of_compressed_images_is_understood(text, encoding):
     message = N(header=N(stamp=N(sec=1, nanosec=0), frame_id=""), format=text, data=np.zeros(3, np.uint8))
     assert event_of(message, "sensor_msgs/msg/CompressedImage", Image, AT).encoding == encoding
+
+
+def odometry(orientation, *, known=True):
+    covariance = np.zeros(36) if known else np.full(36, -1.0)
+    zero = N(x=0.0, y=0.0, z=0.0)
+    return N(
+        header=N(stamp=N(sec=1, nanosec=0), frame_id="odom"),
+        child_frame_id="base_link",
+        pose=N(
+            pose=N(position=zero, orientation=N(**dict(zip("xyzw", orientation, strict=True)))), covariance=covariance
+        ),
+        twist=N(twist=N(linear=zero, angular=zero), covariance=np.zeros(36)),
+    )
+
+
+def test_a_quaternion_of_zeros_is_not_given_one_of_nan_is_refused():
+    kind = "nav_msgs/msg/Odometry"
+    zero = event_of(odometry((0.0, 0.0, 0.0, 0.0)), kind, Odometry, AT)
+    assert (zero.position, zero.orientation) == (None, None)
+    with pytest.raises(UnusableError, match=r"^a value is not a finite number$"):
+        event_of(odometry((0.0, 0.0, np.nan, 1.0)), kind, Odometry, AT)
+    assert event_of(odometry((np.nan,) * 4, known=False), kind, Odometry, AT).orientation is None
+    with pytest.raises(UnusableError, match=r"^a quaternion is all zeros, no rotation$"):
+        event_of(odometry((0.0, 0.0, 0.0, 0.0)), kind, Pose, AT)
 
 
 def test_values_that_are_no_numbers_are_refused():

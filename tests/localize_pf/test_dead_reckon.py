@@ -7,6 +7,7 @@ from logpose.formats.errors import ConfigError
 from logpose.formats.events import Odometry, Pose
 from logpose.pipelines.dead_reckon import DeadReckonParams, dead_reckon
 from logpose.pipelines.geometry.angles import yaw_from_quaternion
+from logpose.pipelines.odometry import MISSING_START_POSE
 
 
 def twists(n, v, w, dt=0.1):
@@ -52,7 +53,7 @@ def test_poses_can_be_thinned():
         ([], {"initial_pose": "0,0,0"}, "dead-reckon: no odometry in the log. Name its topic with --topic odometry=/NAME."),
         (
             twists(3, 1.0, 0.0), {},
-            "dead-reckon: no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose.",
+            f"dead-reckon: {MISSING_START_POSE}",
         ),
     ],
 )  # fmt: skip

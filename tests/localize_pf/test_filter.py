@@ -155,3 +155,10 @@ def test_searching_leaves_most_of_the_cloud_where_it_was():
     stays = np.arange(len(before)) % 4 != 3
     assert np.array_equal(pf.cloud.poses[stays], before[stays])
     assert pf.cloud.poses[~stays, 0].std() > 0.1
+
+
+def test_elsewhere_is_measured_from_the_weighted_median_of_each_axis():
+    pf = make(particles=4)
+    pf.cloud.poses[:, :2] = [(0.0, 0.0), (0.0, 0.1), (5.0, 0.0), (9.0, 3.0)]
+    pf.cloud.log_w = np.log([0.05, 0.05, 0.6, 0.3])  # most particles stand near 0, most weight at (5, 0)
+    assert pf.elsewhere() == pytest.approx(0.4)

@@ -37,6 +37,13 @@ def test_survey_error_counts_once_for_images_far_apart_and_less_and_less_for_the
     assert np.isfinite(map_noise(0.01, Increment(), PARAMS))
 
 
+def test_survey_errors_are_new_after_way_turn_or_time_alike():
+    params = LocalizePfParams(map="-", map_length_m=2.0, map_turn_rad=0.5, map_s=30.0)
+    half = [Increment(length=1.0), Increment(turn=0.25), Increment(dt=15.0)]
+    expected = 0.01 / np.tanh(0.25)
+    assert [map_noise(0.01, since, params) for since in half] == pytest.approx([expected] * 3)
+
+
 def test_an_image_is_news_after_some_way_and_none_at_rest():
     assert novelty(FIRST, PARAMS) == 1.0
     assert novelty(Increment(), PARAMS) == 0.0

@@ -76,27 +76,76 @@ def test_images_in_a_gap_do_not_drive_on_for_ever():
 
 
 @pytest.mark.parametrize(
-    ("event", "message"),
+    ("half", "event", "message"),
     [
         (
+            "auto",
             Odometry(stamp=0, linear=np.array([np.nan, 0, 0]), angular=np.zeros(3)),
             "odometry linear is not finite: [nan, 0, 0]. Repair or cut the log there.",
         ),
         (
+            "auto",
             Odometry(stamp=0, position=np.array([0, np.inf, 0]), orientation=np.array([0, 0, 0, 1.0])),
             "odometry position is not finite: [0, inf, 0]. Repair or cut the log there.",
         ),
         (
+            "pose",
             Odometry(stamp=0, position=np.zeros(3), orientation=np.zeros(4)),
-            "odometry orientation is all zeros, no rotation. Set odometry_from to twist.",
+            "odometry has no pose. Set odometry_from to twist.",
         ),
-        (Odometry(stamp=0), "odometry has no twist. Set odometry_from to pose."),
+        ("twist", Odometry(stamp=0), "odometry has no twist. Set odometry_from to pose."),
     ],
 )
-def test_bad_odometry_names_the_field(event, message):
+def test_bad_odometry_names_the_field(half, event, message):
     with pytest.raises(ValueError) as caught:
-        OdometryReader().read(event)
+        OdometryReader(half).read(event)
     assert str(caught.value) == message
+
+
+def test_auto_waits_for_a_pose_and_drives_by_twists_until_then():
+    reader = OdometryReader()
+    asked = total(reader, [twist(0, 1.0), twist(0.1, 1.0), posed(0.2, 5.0, 0, 0, v=1.0), posed(0.3, 5.3, 0, 0, v=1.0)])
+    assert reader.odometry_from == "pose"
+    assert (asked.dx, reader.count, reader.skipped) == (pytest.approx(0.2 + 0.3), 4, 0)
+
+
+def test_auto_takes_ten_messages_without_pose_for_a_log_of_twists():
+    reader = OdometryReader()
+    total(reader, [twist(0.1 * k, 1.0) for k in range(9)])
+    assert reader.odometry_from == "auto"
+    asked = total(reader, [twist(0.9, 1.0), posed(1.0, 70.0, 0, 0, v=1.0)])
+    assert (reader.odometry_from, asked.dx) == ("twist", pytest.approx(0.2))
+
+
+@pytest.mark.parametrize("half", ["auto", "pose"])
+def test_a_message_without_pose_among_poses_is_skipped(half):
+    reader = OdometryReader(half)
+    zero = Odometry(stamp=round(0.2 * S), position=np.zeros(3), orientation=np.zeros(4), linear=np.ones(3))
+    asked = total(reader, [posed(0, 0, 0, 0), posed(0.1, 0.1, 0, 0), zero, 0.25, posed(0.3, 0.4, 0, 0)])
+    assert (asked.dx, asked.dt) == (pytest.approx(0.4), pytest.approx(0.3))
+    assert (reader.count, reader.skipped, list(reader.jumps)) == (3, 1, [])
+
+
+def test_a_jump_is_told_once_and_not_extrapolated():
+    reader = OdometryReader()
+    total(reader, [posed(0, 0, 0, 0), posed(0.05, 0.05, 0, 0), posed(0.1, 50.05, 0, 0.3), posed(0.15, 50.1, 0, 0.3)])
+    assert list(reader.jumps) == [(100_000_000, pytest.approx(50.0), pytest.approx(0.3), pytest.approx(0.05))]
+    spun = OdometryReader()
+    total(spun, [posed(0, 0, 0, 0), posed(0.05, 0, 0, 0), posed(0.1, 0, 0, 3.0)])
+    assert [jump.radians for jump in spun.jumps] == [pytest.approx(3.0)]
+    assert spun.twist == (0.0, 0.0, 0.0)
+
+
+def test_a_jump_is_measured_against_its_bounds():
+    drives = {9.9: 0, 10.1: 1}
+    for speed, n in drives.items():
+        reader = OdometryReader()
+        total(reader, [posed(0, 0, 0, 0), posed(1.0, speed, 0, 0)])
+        assert len(reader.jumps) == n, f"{speed} m/s"
+    near = OdometryReader()
+    total(near, [posed(0, 0, 0, 0), posed(1e-6, 0.05, 0, 0.05), posed(1e-6, 0.3, 0, 0.05)])
+    assert [jump.seconds for jump in near.jumps] == [0.0]
+    assert near.twist == pytest.approx((5e4, 0.0, 5e4))
 
 
 def test_odometry_that_goes_back_is_refused():

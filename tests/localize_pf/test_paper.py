@@ -84,12 +84,23 @@ def test_one_nearest_landmark_cuts_the_right_one():
     assert corrected.update(seen, np.zeros((1, 2, 2))).matches.tolist() == [1]
 
 
-def test_weights_that_underflow_are_made_equal_and_counted():
+def test_weights_that_underflow_keep_the_cloud_and_are_counted():
     pf = paper_filter([(1.0, 0.0)])
+    before = pf.poses.copy()
     update = pf.update(np.array([[40.0, 0.0]]), np.zeros((1, 2, 2)))
     assert update.underflow
+    assert not update.resampled
     assert update.ess == pytest.approx(200.0)
-    assert np.all(np.isfinite(pf.poses))
+    assert np.array_equal(pf.poses, before)
+    assert np.array_equal(pf.log_w, np.full(200, -np.log(200)))
+
+
+def test_an_image_of_clutter_alone_keeps_the_cloud():
+    pf = paper_filter([(1.0, 0.0)])
+    before = pf.poses.copy()
+    update = pf.update(np.array([[1.0, 0.0]]), np.zeros((1, 2, 2)), np.array([CLUTTER]))
+    assert (update.resampled, update.underflow) == (False, False)
+    assert np.array_equal(pf.poses, before)
 
 
 def test_nothing_seen_changes_nothing():

@@ -12,6 +12,7 @@ from logpose.formats.products import LandmarkMap
 from logpose.pipelines.geometry.se2 import compose, transform
 from logpose.pipelines.localize_pf.params import LocalizePfParams
 from logpose.pipelines.localize_pf.stage import localize_pf
+from logpose.pipelines.odometry import MISSING_START_POSE
 
 S = 1_000_000_000
 LANDMARKS = np.array([(0.5 + 0.9 * k, 0.7 * (-1) ** k) for k in range(12)])
@@ -104,6 +105,18 @@ def test_same_seed_same_bytes_other_seed_others(sim, map_path):
     assert numbers(3) != numbers(4)
 
 
+def test_covariances_of_the_map_are_averaged_and_stand_for_map_sigma(sim, tmp_path):
+    xyz = np.column_stack([LANDMARKS, np.full(len(LANDMARKS), 2.42)])
+    variances = np.where(np.arange(len(xyz)) < 6, 0.01, 0.03)[:, None] * (1.0, 1.0, 0.0)
+    covariances = np.array([np.diag(v) for v in variances])
+    write_landmarks(LandmarkMap(ids=np.arange(12), positions=xyz, covariances=covariances), tmp_path / "cov.yaml")
+    plain = write(tmp_path / "plain.yaml", LANDMARKS)
+    a = poses(run(log(sim, 30), map=str(tmp_path / "cov.yaml"), **START))
+    b = poses(run(log(sim, 30), map=plain, map_sigma_m=math.sqrt(0.02), **START))
+    for p, q in zip(a, b, strict=True):
+        assert np.allclose(p.covariance, q.covariance, rtol=1e-9)
+
+
 @pytest.mark.parametrize("method", ["best", "paper"])
 def test_a_rigid_move_of_the_world_moves_every_pose_with_it(sim, tmp_path, method):
     move = np.array([40.0, -17.0, 2.5])
@@ -190,6 +203,43 @@ def test_a_gap_of_the_odometry_is_a_notice_and_no_loss_and_widens_the_covariance
     assert poses(out)[-1].position[0] == pytest.approx(2.36, abs=0.05)
 
 
+def with_poses(events):
+    """Give every odometry message its pose on the way along x."""
+    x = {e.stamp: 0.4e-9 * e.stamp for e in events}
+    unit = np.array([0.0, 0.0, 0.0, 1.0])
+    return [
+        replace(e, position=np.array([x[e.stamp], 0.0, 0.0]), orientation=unit) if isinstance(e, Odometry) else e
+        for e in events
+    ]
+
+
+def test_a_jump_of_the_odometry_is_a_notice_and_no_loss(sim, map_path):
+    events = [
+        replace(e, position=e.position + np.array([50.0, 0.0, 0.0])) if isinstance(e, Odometry) and e.stamp >= S else e
+        for e in with_poses(log(sim, 30))
+    ]
+    notices = [e for e in run(events, map=map_path, **START) if isinstance(e, Notice)]
+    assert [(n.code, n.is_loss, n.stamp) for n in notices if n.code == "odometry-jump"] == [("odometry-jump", False, S)]
+    assert notices[0].message == (
+        "odometry jumps by 50.040 m and 0.0 deg within 0.100 s at stamp 1000000000 ns; poses after it are wrong until "
+        "the map corrects them."
+    )
+    calm = run(events, map=map_path, jump_speed_m_s=1000.0, **START)
+    assert "odometry-jump" not in [e.code for e in calm if isinstance(e, Notice)]
+
+
+def test_odometry_without_pose_among_poses_is_skipped_and_said(sim, map_path):
+    events = [
+        replace(e, position=None, orientation=None) if isinstance(e, Odometry) and e.stamp in {0, S, 2 * S} else e
+        for e in with_poses(log(sim, 100))
+    ]
+    out = run(events, map=map_path, **START)
+    assert poses(out)[-1].position[0] == pytest.approx(3.96, abs=0.03)
+    assert [n.message for n in out if isinstance(n, Notice)] == [
+        "2 of 100 odometry messages give no pose and were skipped; their motion is in the next pose, if one comes."
+    ]
+
+
 def test_a_wrong_start_is_lost_and_never_confident(sim, map_path):
     out = run(log(sim, 100), map=map_path, initial_pose="0,0,90", initial_sigma_deg=1.0)
     lost = [p for p in poses(out) if p.info["status"] == "lost"]
@@ -203,7 +253,7 @@ def test_a_wrong_start_is_lost_and_never_confident(sim, map_path):
 @pytest.mark.parametrize(
     ("events", "params", "message"),
     [
-        ("all", {}, "localize-pf: no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose."),
+        ("all", {}, f"localize-pf: {MISSING_START_POSE}"),
         (
             "no odometry", START,
             "localize-pf: no odometry in the log. Name its topic with --topic odometry=/NAME.",

@@ -1,0 +1,20 @@
+"""A real robot among identical posts and other robots: UTIAS MRCLAM set 1, barcodes dropped, start pose given."""
+
+import json
+
+import pytest
+
+from logpose.cli.main import call
+from logpose.formats.datasets import IMPORTERS
+
+
+@pytest.mark.realdata
+def test_robot_2_is_not_lost_with_the_barcodes_dropped(root, data, tmp_path):
+    log = tmp_path / "r2.mcap"
+    IMPORTERS["mrclam"](data / "mrclam" / "MRCLAM_Dataset1", log, robot=2)
+    words = [str(log), "--map", str(log.with_suffix(".landmarks.yaml")), "-c", str(root / "papers/ceiling/mrclam.yaml")]
+    assert call(["localize-pf", *words, "--duration", "500", "-q", "-o", str(tmp_path / "out")]) == 0
+    evaluation = json.loads((tmp_path / "out" / "report.json").read_text())["result"]["evaluation"]
+    assert not evaluation["lost"]["is_lost"]
+    # A prototype with ids dropped reached 0.089 m on the whole run, a filter that is given the true ids 0.067 m.
+    assert evaluation["ate"]["rmse_m"] < 0.12
