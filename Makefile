@@ -68,6 +68,7 @@ bench: $(READY)
 	$(BIN)/python benchmarks/detector_speed.py
 	$(BIN)/python benchmarks/filter_speed.py
 	$(BIN)/python benchmarks/job_speed.py
+	test -z "$$LOGPOSE_DATA" || $(BIN)/python benchmarks/mrclam.py
 
 picture: $(READY)
 	$(BIN)/logpose run papers/ceiling/headline.yaml papers/ceiling/runs/drive1.mcap -q -o papers/ceiling/runs/headline
