@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from .compiled import F64_1D, F64_1D_IN, F64_2D, U8_2D, compiled, floats
+from ..engine.compiled import F64_1D, F64_1D_IN, F64_2D, U8_2D, compiled, floats
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]

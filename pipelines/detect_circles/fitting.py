@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from .compiled import F32_3D_IN, F64_1D, F64_1D_IN, F64_2D, U8_2D, compiled, floats
+from ..engine.compiled import F32_3D_IN, F64_1D, F64_1D_IN, F64_2D, U8_2D, compiled, floats
 from .edges import MAX_RAYS, cast, median
 from .plane import to_pixel, to_plane
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from .compiled import F32_1D_IN, F64_1D, F64_2D, I32_1D, I32_2D, U8_1D, U8_2D, U16_2D, compiled, floats
+from ..engine.compiled import F32_1D_IN, F64_1D, F64_2D, I32_1D, I32_2D, U8_1D, U8_2D, U16_2D, compiled, floats
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from .compiled import F32_1D_IN, F32_3D_IN, F64_1D, F64_1D_IN, F64_2D, U8_2D, compiled, floats
+from ..engine.compiled import F32_1D_IN, F32_3D_IN, F64_1D, F64_1D_IN, F64_2D, U8_2D, compiled, floats
 from .edges import MAX_RAYS, cast, first_circle, stands_out
 from .fitting import N_COLUMNS, RADIUS, U, V, is_circle, refine
 from .kernels import find_seeds, local_contrast, shrink

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from .compiled import F32_3D_IN, compiled, floats
+from ..engine.compiled import F32_3D_IN, compiled, floats
 
 Rays = npt.NDArray[np.float32]
 

@@ -14,6 +14,10 @@ U16_2D = types.Array(types.uint16, 2, "C")
 F64_1D = types.Array(types.float64, 1, "C")
 F64_2D = types.Array(types.float64, 2, "C")
 F64_1D_IN = types.Array(types.float64, 1, "C", readonly=True)
+F64_2D_IN = types.Array(types.float64, 2, "C", readonly=True)
+F64_3D_IN = types.Array(types.float64, 3, "C", readonly=True)
+I64_1D = types.Array(types.int64, 1, "C")
+I64_1D_IN = types.Array(types.int64, 1, "C", readonly=True)
 F32_1D_IN = types.Array(types.float32, 1, "C", readonly=True)
 F32_3D_IN = types.Array(types.float32, 3, "C", readonly=True)
 I32_1D = types.Array(types.int32, 1, "C")
@@ -23,6 +27,11 @@ I32_2D = types.Array(types.int32, 2, "C")
 def floats(n: int) -> Any:
     """Return the type of a tuple of n float64."""
     return types.UniTuple(types.float64, n)  # type: ignore[no-untyped-call]
+
+
+def ints(n: int) -> Any:
+    """Return the type of a tuple of n int64."""
+    return types.UniTuple(types.int64, n)  # type: ignore[no-untyped-call]
 
 
 def compiled(signature: object, *, any_order: bool = False) -> Callable[[F], F]:
