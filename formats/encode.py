@@ -18,7 +18,9 @@ from .events import (
     Event,
     Image,
     Imu,
+    JointState,
     LaserScan,
+    MarkSighting,
     Odometry,
     Pose,
     Range,
@@ -26,6 +28,7 @@ from .events import (
     Transform,
 )
 from .foxglove import DEFINITIONS
+from .mark_poses import mark_pose_line
 from .sightings import sightings_line
 from .topics import STRING
 
@@ -239,6 +242,14 @@ def _imu(event: Imu) -> tuple[str, Fields]:
     return "sensor_msgs/msg/Imu", fields | {"orientation": _xyzw(event.orientation)}
 
 
+def _joint_state(event: JointState) -> tuple[str, Fields]:
+    return "sensor_msgs/msg/JointState", {
+        "header": header(event.stamp, event.frame_id),
+        "name": event.names,
+        "position": event.positions,
+    }
+
+
 def _range(event: Range) -> tuple[str, Fields]:
     names = ("range", "min_range", "max_range", "field_of_view")
     values = {name: getattr(event, name) for name in names}
@@ -291,14 +302,20 @@ def _sightings(event: Sightings) -> tuple[str, Fields]:
     return STRING, {"data": sightings_line(event).rstrip("\n")}
 
 
+def _mark_sighting(event: MarkSighting) -> tuple[str, Fields]:
+    return STRING, {"data": mark_pose_line(event).rstrip("\n")}
+
+
 _ENCODERS: dict[type[Event], Callable[[Any], tuple[str, Fields]]] = {
     Image: _image,
     CameraInfo: _camera_info,
     Odometry: _odometry,
     Imu: _imu,
+    JointState: _joint_state,
     Range: _range,
     LaserScan: _scan,
     Transform: _transform,
     Pose: _pose,
     Sightings: _sightings,
+    MarkSighting: _mark_sighting,
 }

@@ -8,7 +8,7 @@ events are read-only by agreement: copy before writing.
 Frames follow REP-103 and REP-105 (x forward, y left, z up; map -> odom -> base_link); quaternions are x, y, z, w.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -107,6 +107,20 @@ class Imu(Event):
     angular: Array
     acceleration: Array
     orientation: Array | None = None
+    mount: Mount | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JointState(Event):
+    """Positions of joints (a pan-tilt head, for one), by name.
+
+    Attributes:
+        names: of the joints.
+        positions: (len(names),) [rad], or [m] of a joint that slides; nan where the log gives none.
+    """
+
+    names: tuple[str, ...]
+    positions: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -183,14 +197,57 @@ class Sightings(Event):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MarkSighting(Event):
+    """One stripe mark in one image, or why there is none: every image yields at least one.
+
+    Of several marks in an image, and of several candidates for one, each is a sighting of its own with the same stamp.
+
+    Attributes:
+        mark: id of the mark, NO_ID where none was recognised.
+        status: ``ok``; ``ambiguous`` (another mark or place fits as well, all are reported); ``unverified`` (too little
+            is seen to tell the mark by, its identity is an assumption); ``mirrored_or_back``; ``poor_geometry`` (too
+            narrow, too far, or edge-on); ``no_mark``.
+        pose: (3,) phi, D_x, D_y: yaw of the mark in the level camera frame, counter-clockwise seen from above, and
+            where its origin lies there, to the right and ahead [rad, m, m]; nan without a pose.
+        cov: (3, 3) its covariance; nan without a pose.
+        attitude: (2,) tilt (up is positive) and roll of the camera that the pose was found with [rad].
+        robot: (3,) x, y, heading of ``base_link`` in ``frame_id``, which is the frame of the marks [m, m, rad]; nan
+            without a pose.
+        robot_cov: (3, 3) its covariance.
+        row: image row through the principal point, at which the lines are given [px].
+        lines: (N, 5) the edges found: column at ``row`` [px], change of the column per row, first and last row of the
+            edge [px], distance from where the pose has it [px].
+        members: (N,) int64, index of each line among the mark's edges, left to right.
+    """
+
+    mark: int
+    status: str
+    pose: Array
+    cov: Array
+    attitude: Array
+    robot: Array
+    robot_cov: Array
+    row: float
+    lines: Array
+    members: npt.NDArray[np.int64]
+
+    @property
+    def ends(self) -> Array:
+        """(N, 2, 2) first and last point of each edge found: column, row [px]."""
+        at, slope, first, last, _ = self.lines.reshape(-1, 5).T
+        rows = np.stack([first, last], axis=1)
+        return np.stack([at[:, None] + slope[:, None] * (rows - self.row), rows], axis=2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Summary(Event):
     """What a stage has to say when the log has ended; becomes ``result.<source>`` of ``report.json``.
 
     Attributes:
-        values: JSON-ready numbers, strings, lists and mappings.
+        values: JSON-ready numbers, strings, lists and mappings, by name; or a list of such, one per message.
     """
 
-    values: Mapping[str, object]
+    values: Mapping[str, object] | Sequence[object]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

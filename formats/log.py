@@ -4,8 +4,8 @@ A log is one or several paths (split recordings, several robots' files, a folder
 played by one topic (``topics.py``). Iterating reads every message of those topics once: containers give bytes by
 log time (``container.py``), ``decode.py`` makes messages, ``messages.py`` events, ``reorder.py`` sorts them by header
 stamp; inputs are merged by time, then in the order they were named, then by place in the file. Images get the
-calibration that CameraInfo last said before them and, like ranges and scans, their place on the robot by the static
-transforms of the whole log.
+calibration that CameraInfo last said before them and, like ranges, scans and inertial sensors, their place on the robot
+by the static transforms of the whole log.
 
 Nothing is lost in silence: ``counts`` says of every topic how many messages the files announce, how many were read, how
 many were dropped and why.
@@ -23,7 +23,7 @@ from .container import Channel, Loss, Record, explain
 from .counts import LATE, NO_STAMP, TopicCount
 from .decode import Decoder, decoder_for, why_not_decodable
 from .errors import ConfigError, FormatError
-from .events import CameraInfo, Event, Image, LaserScan, Range
+from .events import CameraInfo, Event, Image, Imu, LaserScan, Range
 from .image_folder import DEFAULT_RATE_HZ
 from .inputs import InputFile, Opened, channels_of, open_inputs
 from .messages import At, UnusableError, event_of, header_stamp, prepared, transforms_of
@@ -291,7 +291,7 @@ def _placed(event: Event, mounts: StaticTransforms, calibration: Calibration | N
     """Return the event with the sensor's calibration and place on the robot."""
     if isinstance(event, Image):
         return replace(event, calibration=calibration, mount=mounts.mount(event.frame_id))
-    if isinstance(event, Range | LaserScan):
+    if isinstance(event, Imu | Range | LaserScan):
         return replace(event, mount=mounts.mount(event.frame_id))
     return event
 

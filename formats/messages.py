@@ -19,6 +19,7 @@ from .events import (
     Event,
     Image,
     Imu,
+    JointState,
     LaserScan,
     Odometry,
     Pose,
@@ -222,6 +223,22 @@ def _imu(message: Any, at: At) -> Imu:
     )
 
 
+def _joint_state(message: Any, at: At) -> JointState:
+    """Read positions by name; a driver that gives no positions (only efforts, say) leaves the list empty."""
+    names = tuple(str(name) for name in message.name)
+    positions = np.array(message.position, dtype=np.float64)
+    if len(positions) not in {0, len(names)}:
+        raise UnusableError(f"{len(names)} joints with {len(positions)} positions")
+    return JointState(
+        stamp=at.stamp,
+        source=at.role,
+        topic=at.topic,
+        frame_id=frame_of(message),
+        names=names,
+        positions=positions if len(positions) else np.full(len(names), np.nan),
+    )
+
+
 # ---- ranges ---------------------------------------------------------------------------------------------------
 
 
@@ -333,6 +350,7 @@ _EVENTS: dict[str, Callable[[Any, At], Event]] = {
     "geometry_msgs/msg/TwistStamped": _twist,
     "geometry_msgs/msg/Twist": _twist,
     "sensor_msgs/msg/Imu": _imu,
+    "sensor_msgs/msg/JointState": _joint_state,
     "sensor_msgs/msg/Range": _range,
     "sensor_msgs/msg/LaserScan": _scan,
 }

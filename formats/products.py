@@ -59,3 +59,49 @@ class LandmarkMap:
     def __len__(self) -> int:
         """Return the number of landmarks."""
         return len(self.ids)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StripeMark:
+    """Bright vertical bars on a dark ground, and where they hang.
+
+    Attributes:
+        id: unique in its map, >= 0.
+        lines: (n,) abscissae of the rising edges (dark to bright), left to right as a viewer sees them [m]; n >= 3.
+        bars: (n,) widths of the bright bars, or None where only rising edges are known [m].
+        pose: (3,) x, y of its origin and heading of its X axis, which points to the viewer's right [m, m, rad]; the
+            viewer stands on the side of heading - 90 degrees.
+        height: vertical extent of the bars, or None [m].
+    """
+
+    id: int
+    lines: Array
+    bars: Array | None
+    pose: Array
+    height: float | None = None
+
+    @property
+    def edges(self) -> Array:
+        """(m,) abscissae of all edges, left to right [m]."""
+        if self.bars is None:
+            return self.lines
+        return np.stack([self.lines, self.lines + self.bars], axis=1).ravel()
+
+    @property
+    def polarity(self) -> npt.NDArray[np.int64]:
+        """(m,) of all edges: 1 from dark to bright, -1 from bright to dark."""
+        if self.bars is None:
+            return np.ones(len(self.lines), dtype=np.int64)
+        return np.tile(np.array([1, -1], dtype=np.int64), len(self.lines))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MarkMap:
+    """Stripe marks in one frame."""
+
+    marks: tuple[StripeMark, ...]
+    frame_id: str = "map"
+
+    def __len__(self) -> int:
+        """Return the number of marks."""
+        return len(self.marks)

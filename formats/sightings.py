@@ -21,10 +21,10 @@ import numpy as np
 from .errors import FormatError
 from .events import NO_ID, Sightings
 from .files import replacing_text
-from .text import text_lines
+from .json_lines import json_lines, json_number, or_none, schema_line
 
 SCHEMA = "sightings/1"
-HEADER = json.dumps({"logpose": SCHEMA}) + "\n"
+HEADER = schema_line(SCHEMA)
 """The first line of the file."""
 
 
@@ -35,13 +35,13 @@ def sightings_to_json(event: Sightings) -> dict[str, object]:
         "frame_id": event.frame_id,
         "sightings": [
             {
-                "x_m": _or_none(event.xy[i, 0]),
-                "y_m": _or_none(event.xy[i, 1]),
-                "cov_m2": [_or_none(event.cov[i, j, k]) for j, k in ((0, 0), (0, 1), (1, 1))],
-                "u_px": _or_none(event.uv[i, 0]),
-                "v_px": _or_none(event.uv[i, 1]),
-                "radius_px": _or_none(event.radius[i]),
-                "score": _or_none(event.score[i]),
+                "x_m": or_none(event.xy[i, 0]),
+                "y_m": or_none(event.xy[i, 1]),
+                "cov_m2": [or_none(event.cov[i, j, k]) for j, k in ((0, 0), (0, 1), (1, 1))],
+                "u_px": or_none(event.uv[i, 0]),
+                "v_px": or_none(event.uv[i, 1]),
+                "radius_px": or_none(event.radius[i]),
+                "score": or_none(event.score[i]),
                 "id": None if event.ids[i] == NO_ID else int(event.ids[i]),
             }
             for i in range(len(event.xy))
@@ -113,34 +113,13 @@ def read_sightings(path: str | Path) -> Iterator[Sightings]:
         FormatError: the file cannot be read, is of another version, or a line is not what it should be;
             stamps that go back. An empty file holds no event and is no error.
     """
-    name = "<stdin>" if str(path) == "-" else str(path)
     last: int | None = None
-    for number, text in text_lines(path):
-        if not text.strip():
-            continue
-        where = f"{name}:{number}"
-        value = _decode(text, where)
-        if isinstance(value, dict) and "logpose" in value:
-            if value["logpose"] != SCHEMA:
-                raise FormatError(f"{where}: the file is {value['logpose']!r}, not {SCHEMA!r}. Convert it first.")
-            continue
+    for where, value in json_lines(path, SCHEMA):
         event = sightings_from_json(value, where=where)
         if last is not None and event.stamp < last:
             raise FormatError(f"{where}: stamp_ns {event.stamp} comes after {last}. Sort the lines by time.")
         last = event.stamp
         yield event
-
-
-def _decode(text: str, where: str) -> object:
-    try:
-        return json.loads(text, parse_constant=_refuse_constant)
-    except (ValueError, RecursionError) as err:
-        reason = getattr(err, "msg", None) or str(err) or "too deep"
-        raise FormatError(f"{where}: is no JSON ({reason}). Correct or remove the line.") from err
-
-
-def _refuse_constant(word: str) -> float:
-    raise ValueError(f"{word} is not allowed, missing numbers are null")
 
 
 def _row(row: object, where: str) -> tuple[list[float], int]:
@@ -166,17 +145,4 @@ def _row(row: object, where: str) -> tuple[list[float], int]:
 
 
 def _number(value: object, where: str, key: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FormatError(f"{where}: {key} is {value!r}, not a number. Correct or remove the sighting.")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise FormatError(f"{where}: {key} is not finite. Correct or remove the sighting.")
-    return number
-
-
-def _or_none(value: float) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None
+    return json_number(value, where, key, "Correct or remove the sighting.")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from .container import Channel
 from .decode import why_not_decodable
 from .errors import ConfigError
-from .events import CameraInfo, Event, Image, Imu, LaserScan, Odometry, Pose, Range, Sightings
+from .events import CameraInfo, Event, Image, Imu, JointState, LaserScan, Odometry, Pose, Range, Sightings
 
 AUTO = "auto"
 
@@ -36,6 +36,7 @@ ROLES: dict[str, Role] = {
     "camera_info": Role((CameraInfo,)),
     "odometry": Role((Odometry,), "/odom"),
     "imu": Role((Imu,), "/imu/data"),
+    "joints": Role((JointState,), "/joint_states"),
     "range": Role((Range,)),
     "scan": Role((LaserScan,), "/scan"),
     "sightings": Role((Sightings,), "/sightings"),
@@ -60,6 +61,7 @@ TYPES: dict[type[Event], tuple[str, ...]] = {
         "geometry_msgs/msg/Twist",
     ),
     Imu: ("sensor_msgs/msg/Imu",),
+    JointState: ("sensor_msgs/msg/JointState",),
     Range: ("sensor_msgs/msg/Range",),
     LaserScan: ("sensor_msgs/msg/LaserScan",),
     Sightings: (SIGHTINGS_SCHEMA,),

@@ -39,7 +39,7 @@ class Result:
     pipeline: Pipeline
     log: Log
     chain: Chain
-    results: Mapping[str, Mapping[str, object]]
+    results: Mapping[str, Mapping[str, object] | Sequence[object]]
     notices: Mapping[str, tuple[Notice, int]]
     out: Path | None
     peak_memory_mib: float = 0.0

@@ -118,8 +118,8 @@ def _with_provenance(log: Log, pipeline: Pipeline, out: Path) -> Iterator[Event]
 
 def _drain(
     chain: Chain, log: Log, watch: Watch | None
-) -> tuple[dict[str, Mapping[str, object]], dict[str, tuple[Notice, int]]]:
-    results: dict[str, Mapping[str, object]] = {}
+) -> tuple[dict[str, Mapping[str, object] | Sequence[object]], dict[str, tuple[Notice, int]]]:
+    results: dict[str, Mapping[str, object] | Sequence[object]] = {}
     notices: dict[str, tuple[Notice, int]] = {}
     for event in chain:
         if isinstance(event, Summary):

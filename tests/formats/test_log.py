@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.errors import ConfigError, FormatError
-from logpose.formats.events import CameraInfo, Image, Odometry, Pose, Range, Transform
+from logpose.formats.events import CameraInfo, Image, Imu, JointState, Odometry, Pose, Range, Transform
 from logpose.formats.log import Bound, Window, open_log
 from logpose.formats.write_log import create_log
 
@@ -224,6 +224,25 @@ def test_ranges_get_their_mount(tmp_path, recording):
     (read,) = open_log([path], {"range": "auto"})
     assert (read.range, read.frame_id) == (1.5, "camera")
     np.testing.assert_array_equal(read.mount.translation, [0.1, 0.2, 0.3])
+
+
+@pytest.mark.parametrize("name", ["a.mcap", "a.bag"])
+def test_inertial_sensors_get_their_mount(tmp_path, recording, name):
+    event = Imu(stamp=START, topic="/imu", frame_id="camera", angular=np.zeros(3), acceleration=np.ones(3))
+    path = write(tmp_path / name, [recording[0], event, replace(event, stamp=START + 1, frame_id="elsewhere")])
+    on_robot, lost = open_log([path], {"imu": "auto"})
+    np.testing.assert_array_equal(on_robot.mount.translation, [0.1, 0.2, 0.3])
+    assert lost.mount is None
+
+
+@pytest.mark.parametrize("name", ["a.mcap", "a.bag"])
+def test_joints_come_back_from_both_containers(tmp_path, name):
+    event = JointState(
+        stamp=START, topic="/joint_states", frame_id="head", names=("pan", "tilt"), positions=np.array([0.1, -0.2])
+    )
+    (read,) = open_log([write(tmp_path / name, [event])], {"joints": "auto"})
+    assert (read.stamp, read.source, read.frame_id, read.names) == (START, "joints", "head", ("pan", "tilt"))
+    np.testing.assert_array_equal(read.positions, [0.1, -0.2])
 
 
 def test_sightings_come_back_from_both_containers(tmp_path, some_sightings):

@@ -7,7 +7,7 @@ from logpose.formats.calibration import Calibration
 from logpose.formats.container import Channel
 from logpose.formats.decode import decoder_for
 from logpose.formats.encode import Encoder, as_message
-from logpose.formats.events import CameraInfo, Image, Imu, LaserScan, Odometry, Pose, Range, Transform
+from logpose.formats.events import CameraInfo, Image, Imu, JointState, LaserScan, Odometry, Pose, Range, Transform
 from logpose.formats.messages import At, UnusableError, event_of, header_stamp, transforms_of
 
 AT = At(5_000_000_007, "role", "/topic")
@@ -33,6 +33,8 @@ EVENTS = [
     Odometry(**MADE, child_frame_id="base", position=np.arange(3.0), orientation=TILTED),
     Imu(**MADE, angular=np.arange(3.0), acceleration=np.ones(3), orientation=TILTED),
     Imu(**MADE, angular=np.arange(3.0), acceleration=np.ones(3)),
+    JointState(**MADE, names=("pan", "tilt"), positions=np.array([0.5, -0.25])),
+    JointState(**MADE, names=(), positions=np.zeros(0)),
     Range(**MADE, range=float("inf"), min_range=0.25, max_range=4.0, field_of_view=0.5),
     Range(**MADE, range=float("-inf"), min_range=0.25, max_range=4.0, field_of_view=0.5),
     LaserScan(
@@ -156,6 +158,17 @@ def test_four_coefficients_of_plumb_bob_become_five():
 def test_the_format_of_compressed_images_is_understood(text, encoding):
     message = N(header=N(stamp=N(sec=1, nanosec=0), frame_id=""), format=text, data=np.zeros(3, np.uint8))
     assert event_of(message, "sensor_msgs/msg/CompressedImage", Image, AT).encoding == encoding
+
+
+def test_joints_without_positions_have_none_and_half_of_them_are_refused():
+    head = N(stamp=N(sec=1, nanosec=0), frame_id="")
+    silent = N(header=head, name=["a", "b"], position=np.zeros(0))
+    np.testing.assert_array_equal(
+        event_of(silent, "sensor_msgs/msg/JointState", JointState, AT).positions, [np.nan, np.nan]
+    )
+    half = N(header=head, name=["a", "b"], position=np.zeros(1))
+    with pytest.raises(UnusableError, match=r"^2 joints with 1 positions$"):
+        event_of(half, "sensor_msgs/msg/JointState", JointState, AT)
 
 
 def odometry(orientation, *, known=True):

@@ -1,0 +1,79 @@
+"""Files of one JSON object per line: what all of them have in common.
+
+The first line may name the schema, ``{"logpose": "<name>/<version>"}``; numbers that do not exist are ``null``, never
+``NaN``.
+"""
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from .errors import FormatError
+from .text import text_lines
+
+
+def schema_line(schema: str) -> str:
+    """Return the first line of a file, with its line end."""
+    return json.dumps({"logpose": schema}) + "\n"
+
+
+def json_lines(path: str | Path, schema: str) -> Iterator[tuple[str, object]]:
+    """Yield (where, value) of the lines, as they come, without the one that names the schema; ``-`` is standard input.
+
+    Raises:
+        FormatError: the file cannot be read, is of another schema or version, or a line is no JSON. An empty file holds
+            no line and is no error.
+    """
+    name = "<stdin>" if str(path) == "-" else str(path)
+    for number, text in text_lines(path):
+        if not text.strip():
+            continue
+        where = f"{name}:{number}"
+        value = _decode(text, where)
+        if isinstance(value, dict) and "logpose" in value:
+            if value["logpose"] != schema:
+                raise FormatError(f"{where}: the file is {value['logpose']!r}, not {schema!r}. Convert it first.")
+            continue
+        yield where, value
+
+
+def or_none(value: float) -> float | None:
+    """Return a number that JSON can hold, None for one that does not exist."""
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def json_number(value: object, where: str, key: str, cure: str) -> float:
+    """Return a value as a finite float.
+
+    Args:
+        value: of decoded JSON.
+        where: file and line, for the message of an error.
+        key: of the value.
+        cure: what to do about one that is none, the end of the message.
+
+    Raises:
+        FormatError: it is no number, or not finite.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise FormatError(f"{where}: {key} is {value!r}, not a number. {cure}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise FormatError(f"{where}: {key} is not finite. {cure}")
+    return number
+
+
+def _decode(text: str, where: str) -> object:
+    try:
+        return json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as err:
+        reason = getattr(err, "msg", None) or str(err) or "too deep"
+        raise FormatError(f"{where}: is no JSON ({reason}). Correct or remove the line.") from err
+
+
+def _refuse_constant(word: str) -> float:
+    raise ValueError(f"{word} is not allowed, missing numbers are null")
