@@ -9,30 +9,20 @@ The building belongs to the world, not to the run: it follows from ``ceiling.see
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Literal
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator
 
 from ...formats.events import Array
 from ..engine.params import Field, Params
+from .parts import Point, Span
 from .renderer import Patch, Texture
 from .shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape
 
-Point = tuple[float, float]
 MAX_FAILURES = 2000
 """Points in a row that fit nowhere, before a ceiling counts as full."""
-
-
-def _ordered(span: tuple[float, float]) -> tuple[float, float]:
-    if span[0] > span[1]:
-        raise ValueError("should not begin above its end")
-    return span
-
-
-Span = Annotated[tuple[float, float], AfterValidator(_ordered)]
 
 
 class LandmarkParams(Params):

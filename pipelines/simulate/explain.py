@@ -38,7 +38,9 @@ def explain(model: type[BaseModel], error: Any) -> str:
         close = difflib.get_close_matches(str(loc[-1]), keys, n=1)
         cure = f"Did you mean {close[0]!r}?" if close else f"Known keys: {', '.join(keys)}."
         return f"unknown key {dotted!r}. {cure}"
-    reason = error["msg"].removeprefix("Input ").removeprefix("Value error, ")
+    reason = re.sub(r"^(Input|Tuple|Value error,) | after validation", "", error["msg"])
+    if error["type"] == "value_error" and reason.endswith("."):  # it brings its own cure
+        return f"{dotted}: {reason}"
     cure = "Correct it."
     if isinstance(error["input"], str) and re.fullmatch(r"[-+]?\d+e[-+]?\d+", error["input"]):
         cure = "YAML wants a point and a sign before an exponent: 1.0e-3, 1.0e+3."

@@ -22,7 +22,7 @@ Floats = npt.NDArray[np.float32]
 Level = tuple[Bytes, int, int, int, float, bool, float]
 Cells = tuple[float, int, int, Ints, Ints, Ints, Ints]
 Bars = tuple[float, float, float, float, float, float, float]
-Surface = tuple[Level, Bars, Cells, Array, Array]
+Surface = tuple[Level, Bars, Cells, Array, Array, Array]
 
 DISC, RECTANGLE, ROUNDED, HEXAGON = 0, 1, 2, 3
 
@@ -164,6 +164,20 @@ def _halo(glows: Array, listed: Ints, span: tuple[int, int], a: float, b: float)
 
 
 @_compiled
+def _lit(shading: Array, a: float, b: float, size: Array) -> float:
+    """Light at (a, b) of a patch of ``size``: linear between the nodes of ``shading`` (R, C); 1 if there are none."""
+    rows, columns = shading.shape
+    if rows == 0:
+        return 1.0
+    x, y = a / size[0] * (columns - 1), b / size[1] * (rows - 1)
+    j, i = min(max(int(x), 0), columns - 2), min(max(int(y), 0), rows - 2)
+    fx, fy = x - j, y - i
+    top = shading[i, j] * (1.0 - fx) + shading[i, j + 1] * fx
+    low = shading[i + 1, j] * (1.0 - fx) + shading[i + 1, j + 1] * fx
+    return float(top * (1.0 - fy) + low * fy)
+
+
+@_compiled
 def _footprint(rays: Array, plane: Array, size: Array, pixel: tuple[int, int], step: Array) -> None:
     """Set ``step`` (2, 2) to the sides of a pixel's footprint on the patch [m], from the rays of its neighbours."""
     u, v = pixel
@@ -187,18 +201,19 @@ def shade(
         rays: (H + 2, W + 2, 2) of ``camera.ray_table``.
         frame: the patch's rows as for ``raster``, and its size (2,) [m].
         seen: inverse depth and ids of ``raster``, the patch's id, and the box of its pixels.
-        surface: the texture's level to use, bars, cells, shapes and glows:
+        surface: the texture's level to use, bars, cells, shapes, glows and shading:
             texture: grey levels, start, width (0 for none), height, texels per metre, is it tiled, radiance of white;
             bars: pitch x, y, offset x, y, width (0 for none) [m], how near counts as near [m], radiance;
             cells: side of a cell [m], columns, rows, and per cell the shapes and the glows as starts and lists;
-            shapes: (N, 10) kind, x, y, cos, sin, half length, half width, corner radius, radiance, and how far from the
-            centre a pixel can touch it [m]; later ones cover earlier;
-            glows: (M, 6), see ``_halo``.
+            shapes: (N, 11) kind, x, y, cos, sin, half length, half width, corner radius, radiance, and how far from the
+            centre a pixel can touch it along U and V [m]; later ones cover earlier;
+            glows: (M, 6), see ``_halo``;
+            shading: (R, C) light on the patch, see ``_lit``; no rows for even light.
         out: (H, W) radiance, 1.0 is a full pixel at gain 1; changed.
     """
     plane, size = frame
     depth, ids, index, box = seen
-    texture, bars, cells, shapes, glows = surface
+    texture, bars, cells, shapes, glows, shading = surface
     levels, start, width, height, scale, is_tiled, white = texture
     side, columns, rows, shape_start, shape_list, glow_start, glow_list = cells
     # Numbers that do not change are copied out of their arrays: the compiler cannot know that ``out`` is none of them.
@@ -235,12 +250,13 @@ def shade(
                 light = light * bare + bar_light * (1.0 - bare)
             for k in range(shape_start[cell], shape_start[cell + 1]):
                 i = shape_list[k]
-                if abs(a - shapes[i, 1]) > shapes[i, 9] or abs(b - shapes[i, 2]) > shapes[i, 9]:
+                if abs(a - shapes[i, 1]) > shapes[i, 9] or abs(b - shapes[i, 2]) > shapes[i, 10]:
                     continue
                 if not has_step:
                     _footprint(rays, plane, size, (u, v), step)
                     has_step = True
                 light += _covered(shapes[i], a, b, step) * (shapes[i, 8] - light)
+            light *= _lit(shading, a, b, size)
             out[v, u] += light + _halo(glows, glow_list, (glow_start[cell], glow_start[cell + 1]), a, b)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...formats.events import Array
 from ..engine.params import Field, Params
-from .robot import Drive
+from .scene import Motion
 
 
 class OdometryParams(Params):
@@ -41,16 +41,16 @@ class Reading:
     turn_rate: float
 
 
-def readings(drive: Drive, params: OdometryParams, rng: np.random.Generator) -> Iterator[Reading]:
+def readings(motion: Motion, params: OdometryParams, rng: np.random.Generator) -> Iterator[Reading]:
     """Yield the readings of a drive; the first stands at 0, 0, 0 and at rest."""
     period_ns = round(1e9 / params.rate_hz)
     dt = period_ns * 1e-9
     x = y = heading = 0.0
-    pose, distance, _ = drive.at(0.0)
+    pose, distance, _ = motion.at(0.0)
     yield Reading(0, np.zeros(3), 0.0, 0.0)
-    for k in range(1, int(drive.duration * 1e9) // period_ns + 1):
+    for k in range(1, int(motion.duration * 1e9) // period_ns + 1):
         last_heading, last_distance = pose[2], distance
-        pose, distance, _ = drive.at(k * period_ns * 1e-9)
+        pose, distance, _ = motion.at(k * period_ns * 1e-9)
         noise = rng.standard_normal(2)
         v = (1 + params.speed_scale_pct / 100) * (distance - last_distance) / dt + params.speed_sd_mps * noise[0]
         w = (1 + params.turn_scale_pct / 100) * (pose[2] - last_heading) / dt

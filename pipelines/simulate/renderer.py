@@ -8,11 +8,12 @@ With the plane in camera coordinates, normal n and corner P, and the ray r = (x,
     s = U . (z r - P) / |U|^2,   s / z = (U - (U . P) g) . r / |U|^2          (2)  likewise t with V; inside is 0..1
 
 Shapes have edges that are exact to a hundredth of a pixel (``kernels._share``). A patch's own border is not smoothed:
-put a bigger patch behind it, or render larger and average.
+put a bigger patch behind it, or render ``finer`` and average.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -68,6 +69,8 @@ class Patch:
         drawing: shapes, glows and tile bars on it, in metres along U and V.
         texture: what is under the shapes, or None.
         radiance: of the bare patch without a texture.
+        shading: (R, C) light that falls on it, relative, at nodes from border to border, rows along V; linear in
+            between. No nodes mean even light.
     """
 
     corner: Array
@@ -76,6 +79,7 @@ class Patch:
     drawing: Drawing = field(default_factory=Drawing)
     texture: Texture | None = None
     radiance: float = 0.3
+    shading: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def size(self) -> Array:
@@ -117,14 +121,18 @@ def _box(patch: Patch, world_t_camera: View, calibration: Calibration) -> np.nda
     ring = np.array(clipped)
     share = np.linspace(0, 1, BORDER_POINTS)[:, None, None]
     border = (ring + share * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 3)
-    table = ray_table(calibration)
-    reach = 1.1 * np.abs(table).max()
-    if (np.abs(border[:, :2]) > reach * border[:, 2:]).any():
+    if (np.abs(border[:, :2]) > _reach(calibration) * border[:, 2:]).any():
         return whole
     pixels = project(border, calibration)
     low, high = np.floor(pixels.min(axis=0)) - 2, np.ceil(pixels.max(axis=0)) + 2
     box = np.array([max(low[0], 0), min(high[0], whole[1]), max(low[1], 0), min(high[1], whole[3])]).astype(np.int64)
     return box if box[0] <= box[1] and box[2] <= box[3] else None
+
+
+@lru_cache(maxsize=8)
+def _reach(calibration: Calibration) -> float:
+    """Return the tangent off the axis, along x or y, up to which the lens model holds."""
+    return 1.1 * float(np.abs(ray_table(calibration)).max())
 
 
 def see(
@@ -167,10 +175,24 @@ def render(patches: Sequence[Patch], views: Sequence[View], calibration: Calibra
         for index, (rows, box) in visible.items():
             patch = patches[index]
             texture = _level(patch, depth[box[2] : box[3] + 1, box[0] : box[1] + 1], calibration)
-            surface = (texture, *patch.drawing.tables(patch.size))
+            surface = (texture, *patch.drawing.tables(patch.size), patch.shading)
             shade(rays, (rows, patch.size), (depth, ids, index, box), surface, out)
     out /= np.float32(len(views))
     return out
+
+
+@lru_cache(maxsize=8)
+def finer(calibration: Calibration, n: int) -> Calibration:
+    """Return the calibration of the same camera with pixels of 1 / n of the side."""
+    return replace(
+        calibration,
+        width=n * calibration.width,
+        height=n * calibration.height,
+        fx=n * calibration.fx,
+        fy=n * calibration.fy,
+        cx=n * calibration.cx + (n - 1) / 2,
+        cy=n * calibration.cy + (n - 1) / 2,
+    )
 
 
 def _level(

@@ -52,11 +52,19 @@ class Shape:
             return self.length / 2
         return self.length * 0.58 if self.kind == HEXAGON else float(np.hypot(self.length, self.width)) / 2
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half the sides of an upright rectangle around it, along U and V [m]."""
+        if self.kind not in (RECTANGLE, ROUNDED):
+            return self.reach, self.reach
+        c, s = abs(np.cos(self.turn)), abs(np.sin(self.turn))
+        return float(c * self.length + s * self.width) / 2, float(s * self.length + c * self.width) / 2
+
     def row(self) -> list[float]:
         """Return the numbers that ``kernels.shade`` takes."""
         size = [self.length / 2, self.width / 2, self.corner]
         turn = (float(np.cos(self.turn)), float(np.sin(self.turn)))
-        return [self.kind, self.x, self.y, *turn, *size, self.radiance, self.reach + MARGIN_M]
+        return [self.kind, self.x, self.y, *turn, *size, self.radiance, *(half + MARGIN_M for half in self.extent)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,15 +103,16 @@ class Drawing:
         """Return bars, cells, shapes and glows as ``kernels.shade`` takes them, for a patch of ``size`` (2,) [m]."""
         if self._tables is None:
             columns, rows = (max(int(np.ceil(s / CELL_M)), 1) for s in size)
-            shape_cells = _cells([(s.x, s.y, s.reach + MARGIN_M) for s in self.shapes], columns, rows)
-            glow_cells = _cells([(g.x, g.y, g.radius + g.reach) for g in self.glows], columns, rows)
+            boxes = [(s.x, s.y, s.extent[0] + MARGIN_M, s.extent[1] + MARGIN_M) for s in self.shapes]
+            shape_cells = _cells(boxes, columns, rows)
+            glow_cells = _cells([(g.x, g.y, g.radius + g.reach, g.radius + g.reach) for g in self.glows], columns, rows)
             glows = [[g.x, g.y, g.radius, g.strength, g.length, g.reach] for g in self.glows]
             b = self.bars
             bars = (b.pitch, b.pitch, b.x, b.y, b.width, MARGIN_M / 2, b.radiance) if b else NO_BARS
             self._tables = (
                 bars,
                 (CELL_M, columns, rows, *shape_cells, *glow_cells),
-                np.array([s.row() for s in self.shapes], float).reshape(-1, 10),
+                np.array([s.row() for s in self.shapes], float).reshape(-1, 11),
                 np.array(glows, float).reshape(-1, 6),
             )
         return self._tables
@@ -115,13 +124,13 @@ def ring(x: float, y: float, diameter: float, inner: float, radiance: float, ins
 
 
 def _cells(
-    circles: Sequence[tuple[float, float, float]], columns: int, rows: int
+    boxes: Sequence[tuple[float, float, float, float]], columns: int, rows: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return starts (cells + 1,) and list of the circles (x, y, radius) that reach into each cell, in their order."""
+    """Return starts (cells + 1,) and list of the boxes (x, y, half sides) that reach into each cell, in their order."""
     cells, items = [], []
-    for index, (x, y, radius) in enumerate(circles):
-        left, right = (min(max(int((x + d) // CELL_M), 0), columns - 1) for d in (-radius, radius))
-        low, high = (min(max(int((y + d) // CELL_M), 0), rows - 1) for d in (-radius, radius))
+    for index, (x, y, half_x, half_y) in enumerate(boxes):
+        left, right = (min(max(int((x + d) // CELL_M), 0), columns - 1) for d in (-half_x, half_x))
+        low, high = (min(max(int((y + d) // CELL_M), 0), rows - 1) for d in (-half_y, half_y))
         for row in range(low, high + 1):
             for column in range(left, right + 1):
                 cells.append(row * columns + column)

@@ -16,74 +16,26 @@ are.
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal, Self, TypeAlias
+from typing import TypeAlias
 
-from pydantic import ValidationError, model_validator
+from pydantic import ValidationError
 
 from ...formats.errors import ConfigError, FormatError
 from ...formats.text import read_text
 from ...formats.yaml_file import YamlMapping, parse_yaml
-from ..engine.params import Field, Params
-from .camera import CameraParams
-from .ceiling import CeilingParams
+from .bench import BenchWorld
+from .ceiling_world import CeilingWorld
 from .explain import explain, line_of
-from .odometry import OdometryParams
-from .robot import RobotParams
-from .sensor import SensorParams
+from .stripe_world import StripeWorld
 
 SCHEMA = "world/1"
-START_NS = 1_451_606_400_000_000_000
 
-
-class InitialPoseParams(Params):
-    """What the robot is told of its start; the error is drawn with these standard deviations."""
-
-    topic: str = Field("/initialpose", description="topic of the start pose")
-    position_sd_m: float = Field(0.05, ge=0, description="error in x and in y [m]")
-    heading_sd_deg: float = Field(2.0, ge=0, description="error of the heading [deg]")
-
-
-class AbstractParams(Params):
-    """Sightings without images: for Monte-Carlo tests of filters only, never for a result that is called measured."""
-
-    topic: str = Field("/sightings", description="topic of the sightings")
-    pixel_sd_px: float = Field(1.0, ge=0, description="error of a centre in u and in v [px]")
-    detection_probability: float = Field(0.95, ge=0, le=1, description="that a landmark wholly in view is seen [1]")
-    false_per_image: float = Field(0.0, ge=0, description="mean number of false sightings, anywhere in the image [1]")
-
-
-class WorldParts(Params):
-    """What every world has."""
-
-    logpose: Literal["world/1"] = Field(description="schema of the file")
-    start_stamp_ns: int = Field(START_NS, gt=0, description="stamp of the first message [ns]")
-    robot: RobotParams = Field(description="the route and how it is driven")
-    odometry: OdometryParams = Field(OdometryParams(), description="wheel odometry")
-    initial_pose: InitialPoseParams = Field(InitialPoseParams(), description="the start pose in the log")
-
-
-class CeilingWorld(WorldParts):
-    """A hall with landmarks on its ceiling, and a robot with a camera that looks up."""
-
-    kind: Literal["ceiling"] = Field(description="what there is to see")
-    ceiling: CeilingParams = Field(description="the building")
-    camera: CameraParams = Field(CameraParams(), description="lens, place and topics of the camera")
-    sensor: SensorParams = Field(SensorParams(), description="the imager behind the lens")
-    images: bool = Field(True, description="render images; otherwise abstract sightings, for Monte-Carlo tests only")
-    sightings: AbstractParams = Field(AbstractParams(), description="used where images is false")
-
-    @model_validator(mode="after")
-    def _lens_is_below_ceiling(self) -> Self:
-        if self.ceiling.height_m - self.camera.mount.z_m < 0.1:
-            raise ValueError(
-                f"ceiling.height_m is {self.ceiling.height_m}, the lens is at {self.camera.mount.z_m} m. "
-                "The ceiling must be at least 0.1 m above the lens."
-            )
-        return self
-
-
-World: TypeAlias = CeilingWorld
-KINDS: dict[str, type[CeilingWorld]] = {"ceiling": CeilingWorld}
+World: TypeAlias = CeilingWorld | StripeWorld | BenchWorld
+KINDS: dict[str, type[CeilingWorld] | type[StripeWorld] | type[BenchWorld]] = {
+    "ceiling": CeilingWorld,
+    "stripe": StripeWorld,
+    "stripe-bench": BenchWorld,
+}
 
 
 def read_world(path: str | Path, settings: Sequence[tuple[str, object]] = ()) -> World:
@@ -110,7 +62,7 @@ def parse_world(text: str, name: str, settings: Sequence[tuple[str, object]] = (
     kind = document.get("kind")
     if kind not in KINDS:
         where = f"{name}:{document.lines.get('kind', 1)}"
-        raise ConfigError(f"{where}: there is no kind of world {kind!r}. Write 'kind: {' or '.join(KINDS)}'.")
+        raise ConfigError(f"{where}: there is no kind of world {kind!r}. Known kinds: {', '.join(KINDS)}.")
     model = KINDS[str(kind)]
     try:
         # Through JSON, where lists may be tuples, but strict in everything else.

@@ -1,7 +1,8 @@
 """A simulated run as files: the log, and its maps and truth beside it.
 
-Next to ``run.mcap`` stand ``run.landmarks.yaml`` (the map the robot is given, with the errors of its survey),
-``run.landmarks.true.yaml``, ``run.truth.tum`` (a pose per image) and ``run.waypoints.yaml``.
+Next to ``run.mcap`` stand ``run.landmarks.yaml`` or ``run.marks.yaml`` (the map the robot is given, with the errors of
+its survey), the same with ``.true.yaml``, ``run.truth.tum`` (a pose per image) and, where the robot drives along a
+route, ``run.waypoints.yaml``.
 """
 
 from itertools import chain
@@ -12,11 +13,14 @@ import numpy as np
 from ...formats.errors import ConfigError
 from ...formats.events import Pose
 from ...formats.landmarks import write_landmarks
-from ...formats.products import Trajectory
+from ...formats.marks import write_marks
+from ...formats.products import LandmarkMap, Trajectory
 from ...formats.tum import write_tum
 from ...formats.waypoints import Waypoint, write_waypoints
 from ...formats.write_log import create_log
-from .simulate import MAP, TRUE_POSE, maps_of, simulate
+from .parts import DrivenParts
+from .scene import MAP
+from .simulate import TRUE_POSE, build_scene, events_of
 from .world import World
 
 
@@ -38,8 +42,8 @@ def write_simulation(world: World, out_path: str | Path, seed: int) -> list[Path
     log = Path(out_path)
     stamps, poses = [], []
     try:
-        surveyed, true = maps_of(world)
-        events = simulate(world, seed)
+        scene = build_scene(world)
+        events = events_of(world, scene, seed)
         first = next(events)
     except ValueError as err:
         raise ConfigError(f"{log}: not simulated, {err}. Change the world.") from err
@@ -49,14 +53,20 @@ def write_simulation(world: World, out_path: str | Path, seed: int) -> list[Path
             if isinstance(event, Pose) and event.topic == TRUE_POSE:
                 stamps.append(event.stamp)
                 poses.append(np.concatenate([event.position, event.orientation]))
-    beside = [log.with_name(log.stem + end) for end in (".landmarks.yaml", ".landmarks.true.yaml", ".truth.tum")]
-    write_landmarks(surveyed, beside[0])
-    write_landmarks(true, beside[1])
+    files = [log]
+    for end, given in scene.maps.items():
+        files.append(log.with_name(log.stem + end))
+        if isinstance(given, LandmarkMap):
+            write_landmarks(given, files[-1])
+        else:
+            write_marks(given, files[-1])
+    files.append(log.with_name(log.stem + ".truth.tum"))
     table = np.array(poses)
     write_tum(
         Trajectory(stamps=np.array(stamps, np.int64), positions=table[:, :3], orientations=table[:, 3:], frame_id=MAP),
-        beside[2],
+        files[-1],
     )
-    waypoints = log.with_name(log.stem + ".waypoints.yaml")
-    write_waypoints([Waypoint(w.name, w.x_m, w.y_m) for w in world.robot.waypoints], waypoints)
-    return [log, *beside, waypoints]
+    if isinstance(world, DrivenParts):
+        files.append(log.with_name(log.stem + ".waypoints.yaml"))
+        write_waypoints([Waypoint(w.name, w.x_m, w.y_m) for w in world.robot.waypoints], files[-1])
+    return files

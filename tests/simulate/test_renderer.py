@@ -7,7 +7,7 @@ import pytest
 
 from logpose.formats.calibration import Calibration
 from logpose.pipelines.simulate.camera import CameraParams, MountParams, View, base_camera, look, project, rpy
-from logpose.pipelines.simulate.renderer import Patch, Texture, depth_image, plane_rows, render
+from logpose.pipelines.simulate.renderer import Patch, Texture, depth_image, finer, plane_rows, render
 from logpose.pipelines.simulate.shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape, ring
 
 LENS = (-0.15, 0.02, 0.001, -0.0005, 0.0)
@@ -236,3 +236,35 @@ def test_a_texture_seen_from_afar_is_averaged():
     inner = image[100:380, 100:540]
     assert inner.mean() == pytest.approx(0.5, abs=0.01)
     assert inner.std() < 0.02
+
+
+def test_finer_pixels_divide_the_pixels_of_the_same_camera():
+    n, fine = 3, finer(PINHOLE, 3)
+    points = np.random.default_rng(0).uniform([-1, -1, 2], [1, 1, 3], (50, 3))
+    coarse, divided = project(points, PINHOLE), project(points, fine)
+    # Pixel centres are integers, so pixel u holds the finer pixels 3 u to 3 u + 2.
+    np.testing.assert_allclose((divided + 0.5) / n, coarse + 0.5, atol=1e-9)
+    assert (fine.width, fine.height) == (1920, 1440)
+
+
+def test_finer_pixels_see_the_same_and_the_border_of_a_post_smoother(centroid):
+    patch = ceiling([disc(5.2, 5.3)])
+    one, mean = (render([patch], [robot()], finer(BENT, n)) for n in (1, 3))
+    mean = mean.reshape(240, 3, 320, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(centroid(one), centroid(mean), atol=0.005)
+    assert one.sum() == pytest.approx(mean.sum(), rel=2e-3)
+    # A post 2 m away: from 292.28 px to 344.78 px.
+    post = Patch(np.array([2.0, 0.1037, 1.0]), np.array([0.0, -0.2, 0]), np.array([0, 0.0, -2.0]), radiance=1.0)
+    row = (
+        render([post], [look(np.zeros(3), 0.0, 0.0)], finer(PINHOLE, 4)).reshape(480, 4, 640, 4).mean(axis=(1, 3))[240]
+    )
+    np.testing.assert_allclose(row[[291, 292, 293, 344, 345, 346]], [0, 0.25, 1, 1, 0.25, 0], atol=1e-6)
+
+
+def test_shading_is_linear_between_its_nodes():
+    view = look(np.zeros(3), 0.0, 0.0)
+    wall = wall_ahead(4.0, 8.0, radiance=0.5, shading=np.array([[0.2, 1.0], [0.6, 1.4]]))
+    image = render([wall], [view], PINHOLE)
+    v, u = np.mgrid[:480, :640]
+    s, t = ((4.0 + (x - c) * 4.0 / 525) / 8.0 for x, c in ((u, 319.5), (v, 239.5)))
+    np.testing.assert_allclose(image, 0.5 * (0.2 + 0.8 * s + 0.4 * t), rtol=1e-5)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from logpose.formats.calibration import Calibration
 from logpose.pipelines.simulate.sensor import SensorParams, gains, photograph, vignette
@@ -58,3 +59,24 @@ def test_the_gain_wanders_slowly_around_its_mean():
     assert abs(found.mean()) < 3 * 0.05 / np.sqrt(n_independent)
     assert np.abs(np.diff(found)).max() < 6 * 0.05 * np.sqrt(2 * 0.1 / 20)
     assert (gains(5, 0.1, SensorParams(gain_sd=0.0), np.random.default_rng(0)) == 1.0).all()
+
+
+@pytest.mark.parametrize("place", [70.0, 70.17, 70.33, 70.5])
+def test_the_lens_blurs_before_pixels_collect_where_they_are_oversampled(place):
+    # A blurred edge is the integral of the normal distribution; what a pixel collects is the integral of that.
+    def collected(x):
+        z = (x - place) / 0.7
+        return (x - place) * ndtr(z) + 0.7 * np.exp(-z * z / 2) / np.sqrt(2 * np.pi)
+
+    u = np.arange(60, 81)
+    expected = collected(u + 0.5) - collected(u - 0.5)
+    params = CLEAN.model_copy(update={"psf_px": 0.7})
+    worst = []
+    for n in (1, 4):
+        left = np.arange(160 * n) / n - 0.5  # of each of the finer pixels
+        share = np.clip((left + 1 / n - place) * n, 0, 1)
+        light = np.tile(share.astype(np.float32), (120 * n, 1))
+        grey = photograph(light, 1.0, CAMERA, params, noise())[60, 60:81].astype(float)
+        worst.append(np.abs(grey / 255 - expected).max())
+    assert worst[1] < 0.006  # half a grey level is 0.002
+    assert worst[0] > 3 * worst[1]

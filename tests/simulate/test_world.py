@@ -33,7 +33,11 @@ def test_the_worlds_of_the_project_are_valid(root, name):
     ("old", "new", "message"),
     [
         ("world/1", "world/2", "w.yaml:1: is no world of this version. Its first line must be 'logpose: world/1'."),
-        ("kind: ceiling", "kind: sky", "w.yaml:2: there is no kind of world 'sky'. Write 'kind: ceiling'."),
+        (
+            "kind: ceiling",
+            "kind: sky",
+            "w.yaml:2: there is no kind of world 'sky'. Known kinds: ceiling, stripe, stripe-bench.",
+        ),
         (
             "height_m: 2.74",
             "height_m: tall",

@@ -7,7 +7,7 @@ from logpose.formats.errors import ConfigError
 from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
 from logpose.formats.tum import read_tum
-from logpose.pipelines.simulate.simulate import build_world, simulate
+from logpose.pipelines.simulate.simulate import build_scene, simulate
 from logpose.pipelines.simulate.write import write_simulation
 
 
@@ -39,7 +39,7 @@ def test_what_is_written_is_what_was_simulated(small, tmp_path, suffix):
             np.testing.assert_allclose(a[0].mount.rotation, b[0].mount.rotation, atol=1e-12)
         else:
             np.testing.assert_array_equal([e.position for e in a], [e.position for e in b])
-    built = build_world(world)
+    built = build_scene(world).building
     np.testing.assert_array_equal(read_landmarks(given).positions, built.surveyed)
     np.testing.assert_array_equal(read_landmarks(true).positions, built.landmarks)
     table = read_tum(truth)
