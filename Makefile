@@ -67,6 +67,7 @@ bench: $(READY)
 	$(BIN)/python benchmarks/detector_accuracy.py
 	$(BIN)/python benchmarks/detector_speed.py
 	$(BIN)/python benchmarks/filter_speed.py
+	$(BIN)/python benchmarks/smoother_speed.py
 	$(BIN)/python benchmarks/job_speed.py
 	test -z "$$LOGPOSE_DATA" || $(BIN)/python benchmarks/mrclam.py
 
@@ -82,8 +83,8 @@ oldest:
 	.build/oldest/bin/python -m pytest -n auto
 
 samples: $(READY)
-	$(BIN)/logpose simulate $(SAMPLE).world.yaml -o $(SAMPLE).mcap
-	$(BIN)/logpose simulate $(SAMPLE).world.yaml -o $(SAMPLE).bag
+	for world in ceiling stripe; do for kind in mcap bag; do \
+	  $(BIN)/logpose simulate sample_logs/$$world.world.yaml -o sample_logs/$$world.$$kind || exit; done; done
 
 reference: $(READY)
 	$(BIN)/python -c 'from logpose.pipelines.catalog import STAGES; from logpose.pipelines.engine.reference import reference; print(reference(STAGES), end="")' > docs/stages.md
