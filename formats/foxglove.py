@@ -1,4 +1,4 @@
-"""Messages that Foxglove draws: circles over an image, landmarks in the 3-D view, lines in the log panel.
+"""Messages that Foxglove draws: circles and edges over an image, landmarks and marks in the 3-D view, log lines.
 
 Each function returns the fields of one message of package ``foxglove_msgs``; ``DEFINITIONS`` holds what is needed of
 the package, in the form that ROS distributions have released. They are ROS messages and not JSON, which Foxglove
@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .events import NO_ID, Notice, Sightings
-from .products import LandmarkMap
+from .events import NO_ID, Array, MarkSighting, Notice, Sightings
+from .products import LandmarkMap, MarkMap, StripeMark
 
 IMAGE_ANNOTATIONS = "foxglove_msgs/msg/ImageAnnotations"
 SCENE_UPDATE = "foxglove_msgs/msg/SceneUpdate"
@@ -23,9 +23,13 @@ HALF_PIXEL = 0.5
 """From the centre of a pixel to its corner [px]."""
 
 _WARNING, _ERROR = 3, 4
+_LINE_LIST_2D, _LINE_LIST_3D = 4, 2  # of PointsAnnotation and of LinePrimitive
 _SEEN = {"r": 0.9, "g": 0.62, "b": 0.0, "a": 1.0}
 _NAMED = {"r": 0.0, "g": 0.62, "b": 0.45, "a": 1.0}
 _CLEAR = {"r": 0.0, "g": 0.0, "b": 0.0, "a": 0.0}
+_FALLING = {"r": 0.9, "g": 0.62, "b": 0.0, "a": 1.0}
+_RISING = {"r": 0.34, "g": 0.71, "b": 0.91, "a": 1.0}
+_ROW = {"r": 0.84, "g": 0.37, "b": 0.0, "a": 1.0}
 _GREY = {"r": 0.55, "g": 0.6, "b": 0.65, "a": 1.0}
 
 
@@ -89,6 +93,94 @@ def landmark_scene(landmarks: LandmarkMap, stamp: int, diameter: float = 0.2) ->
     return {"entities": [entity]}
 
 
+def mark_annotations(events: Sequence[MarkSighting], marks: MarkMap | None = None) -> dict[str, object]:
+    """Draw all edges found in one image, each over the rows it was seen in, the row they are measured at, and words.
+
+    Edges from dark to bright are blue, from bright to dark orange; what belongs to no mark that is known is grey.
+
+    Args:
+        events: of one image, at least one.
+        marks: that they may be; without them it is not known which edge is which, and those of a mark are blue.
+    """
+    time = _time(events[0].stamp)
+    points, texts = [], []
+    for event in events:
+        ends = event.ends + HALF_PIXEL
+        is_drawn = np.isfinite(ends).all(axis=(1, 2))
+        if not is_drawn.any():
+            continue
+        ends, colours = ends[is_drawn], [_edge_colour(event, int(i), marks) for i in np.flatnonzero(is_drawn)]
+        left, right = float(ends[:, :, 0].min()), float(ends[:, :, 0].max())
+        row = np.array([[left, event.row + HALF_PIXEL], [right, event.row + HALF_PIXEL]])
+        points.append(_lines(time, ends.reshape(-1, 2), colours))
+        points.append(_lines(time, row, [_ROW]))
+        texts.append(
+            {
+                "timestamp": time,
+                "position": {"x": left, "y": float(ends[:, :, 1].min()) - 4.0},
+                "text": _mark_words(event),
+                "font_size": 14.0,
+                "text_color": _NAMED if event.status == "ok" else _SEEN,
+                "background_color": _CLEAR,
+            }
+        )
+    return {"points": points, "texts": texts}
+
+
+def mark_scene(marks: MarkMap, stamp: int, height: float = 0.3) -> dict[str, object]:
+    """Draw a map of stripe marks: the outline of every bar, an arrow to the viewer's side, the id over it.
+
+    The map does not say how high above the floor they hang: they stand on it.
+
+    Args:
+        marks: where they are.
+        stamp: of the message [ns].
+        height: of bars whose height is not known [m].
+    """
+    entities = []
+    for mark in marks.marks:
+        top = height if mark.height is None else mark.height
+        heading = float(mark.pose[2])
+        x, y = mark.pose[:2] + 0.5 * (mark.edges[0] + mark.edges[-1]) * np.array([np.cos(heading), np.sin(heading)])
+        facing = heading - np.pi / 2
+        arrow = {
+            "pose": {**_pose([x, y, 0.5 * top]), "orientation": _yaw(facing)},
+            "shaft_length": 0.15,
+            "shaft_diameter": 0.01,
+            "head_length": 0.05,
+            "head_diameter": 0.03,
+            "color": _NAMED,
+        }
+        text = {
+            "pose": _pose([x, y, top + 0.1]),
+            "billboard": True,
+            "font_size": 11.0,
+            "scale_invariant": True,
+            "color": _GREY,
+            "text": str(mark.id),
+        }
+        line = {
+            "type": _LINE_LIST_3D,
+            "pose": _pose([0.0, 0.0, 0.0]),
+            "thickness": 2.0,
+            "scale_invariant": True,
+            "points": [_vector(point) for point in _bar_outlines(mark, top)],
+            "color": _NAMED,
+        }
+        entities.append(
+            {
+                "timestamp": _time(stamp),
+                "frame_id": marks.frame_id,
+                "id": f"mark_{mark.id}",
+                "frame_locked": True,
+                "arrows": [arrow],
+                "lines": [line],
+                "texts": [text],
+            }
+        )
+    return {"entities": entities}
+
+
 def log_line(event: Notice) -> dict[str, object]:
     """Say a notice in the log panel."""
     level = _ERROR if event.is_loss else _WARNING
@@ -98,6 +190,51 @@ def log_line(event: Notice) -> dict[str, object]:
         "message": f"{event.code}: {event.message}",
         "name": event.source,
     }
+
+
+def _lines(time: dict[str, int], points: Array, colours: Sequence[Mapping[str, float]]) -> dict[str, object]:
+    """Draw separate lines over an image: (2 N, 2) points, two for each of N colours."""
+    return {
+        "timestamp": time,
+        "type": _LINE_LIST_2D,
+        "points": [{"x": float(x), "y": float(y)} for x, y in points],
+        "outline_color": colours[0],
+        "outline_colors": list(colours),
+        "fill_color": _CLEAR,
+        "thickness": 1.5,
+    }
+
+
+def _edge_colour(event: MarkSighting, i: int, marks: MarkMap | None) -> Mapping[str, float]:
+    member = int(event.members[i])
+    if event.mark == NO_ID or member < 0:
+        return _GREY
+    mark = next((m for m in marks.marks if m.id == event.mark), None) if marks is not None else None
+    return _RISING if mark is None or mark.polarity[member] > 0 else _FALLING
+
+
+def _mark_words(event: MarkSighting) -> str:
+    name = "no mark" if event.mark == NO_ID else str(event.mark)
+    words = name if event.status == "ok" else f"{name} ({event.status})"
+    if not np.isfinite(event.pose).all():
+        return words
+    phi, dx, dy = event.pose
+    return f"{words}: {np.hypot(dx, dy):.2f} m, {np.degrees(phi):.1f}°"
+
+
+def _bar_outlines(mark: StripeMark, top: float) -> list[list[float]]:
+    """Return the outlines of all bars as pairs of points, four lines each; of a bar without a width its left edge."""
+    along = np.array([np.cos(mark.pose[2]), np.sin(mark.pose[2])])
+    found = []
+    for left, width in zip(mark.lines, np.zeros(len(mark.lines)) if mark.bars is None else mark.bars, strict=True):
+        (ax, ay), (bx, by) = (mark.pose[:2] + at * along for at in (left, left + width))
+        corners = [[ax, ay, 0.0], [bx, by, 0.0], [bx, by, top], [ax, ay, top]]
+        found += [corner for i in range(4) for corner in (corners[i - 1], corners[i])]
+    return found
+
+
+def _yaw(heading: float) -> dict[str, float]:
+    return {"x": 0.0, "y": 0.0, "z": float(np.sin(heading / 2)), "w": float(np.cos(heading / 2))}
 
 
 def _time(stamp: int) -> dict[str, int]:

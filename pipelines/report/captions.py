@@ -1,4 +1,7 @@
-"""Which pictures a page has, in which order, and what to look for in each."""
+"""Which pictures a page has, in which order, and what to look for in each.
+
+This is the one table of them, for all systems: a picture for which a run has nothing is left out.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,16 +12,21 @@ import numpy as np
 
 from .deviation import deviation
 from .drawing import LIGHT, drawing, to_png, to_svg_file
+from .findings import Findings
 from .headline import draw_headline
+from .marks_images import draw_images, images_caption
+from .marks_series import by_distance_caption, draw_by_distance, draw_strip, strip_caption
 from .pictures import draw_map, draw_passes, draw_support, support_counts
 from .series import draw_errors, draw_histogram, draw_sightings
-from .track import DEAD_RECKON, Findings
+from .track import DEAD_RECKON
 from .verdict import aligned_by
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PictureName: TypeAlias = Literal["map", "support", "errors", "passes", "sightings", "histogram", "headline"]
+PictureName: TypeAlias = Literal[
+    "map", "images", "support", "strip", "errors", "distance", "passes", "sightings", "histogram", "headline"
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +57,20 @@ def _map(findings: Findings) -> str:
         )
     if findings.matched_ids:
         words.append("Filled dots are landmarks that were matched at least once.")
+    if findings.marks is not None:
+        words.append(
+            "The arrows of the marks point to where they are seen from. Where dots and ellipses lie off the line, "
+            "single images disagree with the rest."
+        )
     return " ".join(words) or "The route in the map frame, both axes to the same scale."
 
 
 def _support(findings: Findings) -> str:
     counts, word = support_counts(findings)
+    if findings.is_by_marks:
+        return (
+            "With a mark in the image, the pose follows from the image; between them it is carried by odometry alone."
+        )
     if counts is None:
         return ""
     longest = longest_run(counts == 0)
@@ -133,8 +150,11 @@ def draw_picture(findings: Findings, name: PictureName, fmt: Literal["png", "svg
 
 PICTURES = (
     Picture("map", "Map and trajectories", draw_map, _map),
+    Picture("images", "What was found in the images", draw_images, images_caption),
     Picture("support", "What each pose had to go by", draw_support, _support),
+    Picture("strip", "What each image had to go by", draw_strip, strip_caption),
     Picture("errors", "Error over time", draw_errors, _errors),
+    Picture("distance", "Error of single images over distance", draw_by_distance, by_distance_caption),
     Picture("passes", "Way points, close up", draw_passes, _passes),
     Picture("sightings", "Landmarks seen and matched over time", draw_sightings, _sightings),
     Picture("histogram", "Landmarks per image", draw_histogram, _histogram),

@@ -2,8 +2,8 @@
 
 ``map_T_odom = map_T_base inverse(odom_T_base)``, both at the stamp of the estimate. Odometry is interpolated to it
 (position linearly, orientation along the great circle), so an estimate waits for the odometry message after it. Over
-gaps in the odometry nothing is said. Where odometry tells no pose, or there is none, ``map -> base_link`` is all
-there is.
+gaps in the odometry nothing is said. Where odometry tells no pose, or there is none, or the estimates come when the log
+has ended, as a smoother's do, ``map -> base_link`` is all there is.
 
 Poses are pairs of position (3,) [m] and quaternion (4,) x, y, z, w.
 """
@@ -41,6 +41,7 @@ class FrameTree:
     mode: Literal["odom", "base"] | None = None
     _last: tuple[int, Rigid] | None = None
     _waiting: deque[tuple[int, Rigid]] = field(default_factory=deque)
+    _has_placed: bool = False
 
     def odometry(self, stamp: int, odom_T_base: Rigid | None) -> Iterator[Placed]:
         """Take an odometry message (None if it tells no pose); yield the estimates that waited for it."""
@@ -53,6 +54,9 @@ class FrameTree:
 
     def estimate(self, stamp: int, map_T_base: Rigid) -> Iterator[Placed]:
         """Take an estimate; yield what needs not wait any longer."""
+        is_late = self._last is not None and stamp < self._last[0]
+        if is_late and not self._has_placed:  # a smoother, which speaks when the log has ended
+            self.mode = "base"
         self._waiting.append((stamp, map_T_base))
         if self.mode == "odom":
             while self._waiting and stamp - self._waiting[0][0] > LONGEST_GAP_NS:
@@ -78,6 +82,7 @@ class FrameTree:
     def _between(self, stamp: int, odom_T_base: Rigid) -> Iterator[Placed]:
         while self._waiting and self._waiting[0][0] <= stamp:
             at, map_T_base = self._waiting.popleft()
+            self._has_placed = True
             if at == stamp:
                 yield _place(at, map_T_base, odom_T_base)
             elif self._last is not None and self._last[0] <= at and stamp - self._last[0] <= LONGEST_GAP_NS:

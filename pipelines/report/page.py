@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from ... import __version__
 from .captions import PICTURES
 from .drawing import DARK, LIGHT, drawing, to_svg
+from .findings import Findings
+from .marks_table import marks_table
 from .markup import escape, figure, preformatted, section
 from .page_tables import (
     counts_table,
@@ -20,7 +22,6 @@ from .page_tables import (
     parameters_table,
     waypoints_table,
 )
-from .track import Findings
 from .verdict import verdict
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ def render_page(findings: Findings, *, title: str = "logpose report") -> str:
         f'<p class="verdict">{escape(_unbroken(verdict(findings)))}</p>',
         section("Warnings", notices_table(findings)),
         section("Pictures", *_pictures(findings)),
+        section("Marks", marks_table(findings)),
         section("Way points", waypoints_table(findings)),
         section("Results", *evaluation_tables(findings)),
         section("Messages", counts_table(findings)),

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
+from .findings import Findings
 from .markup import table
 from .spread import spread
 from .tables import Column
-from .track import Findings
 from .verdict import status_shares
 
 UNITS = {
@@ -80,10 +80,30 @@ def evaluation_tables(findings: Findings) -> list[str]:
         if source in _SKIPPED:
             continue
         rows = [
-            {"key": key, "value": value, "unit": unit_of(key)} for key, value in flatten(values) if key != "waypoints"
+            {"key": key, "value": value, "unit": unit_of(key)}
+            for key, value in flatten(values)
+            if key != "waypoints" and key not in listed(values)
         ]
         found.append(table(rows, [Column("key", "key"), Column("value", "value"), Column("unit", "unit")], source))
+        found += [_listed_table(f"{source}: {key}", rows) for key, rows in listed(values).items()]
     return found
+
+
+def listed(values: Mapping[str, object]) -> dict[str, list[Mapping[str, object]]]:
+    """Return the lists of mappings among a stage's values, each a table of its own; way points have theirs already."""
+    found = {key: value for key, value in values.items() if isinstance(value, list | tuple) and key != "waypoints"}
+    return {
+        key: [row for row in value if isinstance(row, Mapping)]
+        for key, value in found.items()
+        if value and all(isinstance(row, Mapping) for row in value)
+    }
+
+
+def _listed_table(caption: str, values: Sequence[Mapping[str, object]]) -> str:
+    rows = [dict(flatten(row)) for row in values]
+    keys = dict.fromkeys(key for row in rows for key in row)
+    units = {key: f" [{unit_of(key)}]" if unit_of(key) else "" for key in keys}
+    return table(rows, [Column(key, key + units[key]) for key in keys], caption)
 
 
 def counts_table(findings: Findings) -> str:

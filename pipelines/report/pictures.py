@@ -13,7 +13,9 @@ import numpy.typing as npt
 
 from ...formats.events import Array
 from .drawing import LIGHT, WIDTH_IN, legend_above, new_figure
-from .track import DEAD_RECKON, Findings, Track, Waypoint
+from .findings import Findings
+from .marks_map import draw_marks, draw_single_images, mark_places
+from .track import DEAD_RECKON, Track, Waypoint, longest_step
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +39,7 @@ def draw_map(findings: Findings) -> "Figure | None":
 
 
 def fill_map(axes: "Axes", findings: Findings) -> None:
-    """Draw landmarks, trajectories, their ends and the way points into axes."""
+    """Draw landmarks and marks, trajectories, their ends and the way points into axes."""
     draw_landmarks(axes, findings)
     if findings.truth is not None and len(findings.truth):
         _line(axes, findings.truth, "truth", 3.6, label="truth")
@@ -45,25 +47,26 @@ def fill_map(axes: "Axes", findings: Findings) -> None:
     for source, track in findings.estimates.items():
         role, width, dash = styles[source]
         _line(axes, track, role, width, dash, label=source)
+    view = view_of(findings)
+    if findings.marks is not None and view is not None:
+        draw_marks(axes, findings.marks)
+        draw_single_images(axes, findings.marks, max(view[1] - view[0], view[3] - view[2]))
     _ends(axes, findings.primary or findings.truth)
     _waypoints(axes, findings)
 
 
 def draw_support(findings: Findings) -> "Figure | None":
-    """Draw the estimate, coloured by how many landmarks it had to go by (the paper's figure 10)."""
+    """Draw the estimate, coloured by how much it had to go by (the ceiling paper's figure 10)."""
     track = findings.primary
-    counts, word = support_counts(findings)
     view = view_of(findings, 0.06, with_dead_reckoning=False)
-    if track is None or view is None or counts is None:
+    classes = support_classes(findings)
+    if track is None or view is None or not classes:
         return None
     figure, axes = _map_axes(view)
     draw_landmarks(axes, findings, is_labelled=False)
+    if findings.marks is not None:
+        draw_marks(axes, findings.marks, is_labelled=False)
     poses = len(track)
-    classes = (
-        (counts >= 2, "estimate", 1.1, f"2 or more {word}"),
-        (counts == 1, "weak", 2.0, f"1 {word}"),
-        (counts == 0, "none", 2.8, f"none {word}"),
-    )
     for is_in, role, width, words in classes:
         found = int(is_in.sum())
         label = f"{words}: {found} poses ({100 * found / poses:.1f} %)"
@@ -108,6 +111,30 @@ def line_styles(findings: Findings) -> dict[str, tuple[str, float, str]]:
     return styles
 
 
+def support_classes(findings: Findings) -> list[tuple[npt.NDArray[np.bool_], str, float, str]]:
+    """Sort the poses of the primary estimate by what they had to go by: which, colour role, width of line, words.
+
+    A mark gives a whole pose, so there it is whether one was in the image; poses that all rest on images are not
+    sorted.
+    """
+    track, marks = findings.primary, findings.marks
+    if track is None:
+        return []
+    if marks is not None and findings.is_by_marks:
+        rests = marks.rests_on_image(track.stamps)
+        if rests.all():
+            return []
+        return [(rests, "estimate", 1.1, "a mark in the image"), (~rests, "none", 2.8, "odometry alone")]
+    counts, word = support_counts(findings)
+    if counts is None:
+        return []
+    return [
+        (counts >= 2, "estimate", 1.1, f"2 or more {word}"),
+        (counts == 1, "weak", 2.0, f"1 {word}"),
+        (counts == 0, "none", 2.8, f"none {word}"),
+    ]
+
+
 def support_counts(findings: Findings) -> tuple[Array | None, str]:
     """Return landmarks per pose of the primary estimate, and whether they were seen or matched."""
     track = findings.primary
@@ -143,7 +170,8 @@ def draw_landmarks(axes: "Axes", findings: Findings, *, is_labelled: bool = True
 def view_of(findings: Findings, reach: float = 0.5, *, with_dead_reckoning: bool = True) -> View | None:
     """Choose what part of the plane is shown.
 
-    The route in full; landmarks and dead reckoning as far as ``reach`` times its extent beyond, lest it become small.
+    The route and the marks that were recognised in full; landmarks, other marks and dead reckoning as far as ``reach``
+    times its extent beyond, lest it become small.
     """
     tracks = [findings.truth, *(t for s, t in findings.estimates.items() if s != DEAD_RECKON)]
     core = [track.xy for track in tracks if track is not None and len(track)]
@@ -151,7 +179,7 @@ def view_of(findings: Findings, reach: float = 0.5, *, with_dead_reckoning: bool
         core = [track.xy for track in findings.estimates.values() if len(track)]
     if not core:
         return None
-    points = np.concatenate(core)
+    points = np.concatenate([*core, mark_places(findings.marks, seen=True)])
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) == 0:
         return None
@@ -162,6 +190,7 @@ def view_of(findings: Findings, reach: float = 0.5, *, with_dead_reckoning: bool
     ]
     if findings.landmarks is not None:
         rest.append(findings.landmarks.positions[:, :2])
+    rest.append(mark_places(findings.marks, seen=False))
     for xy in rest:
         inside = xy[((xy >= low - grow) & (xy <= high + grow)).all(axis=1)]
         points = np.concatenate([points, inside])
@@ -206,10 +235,23 @@ def grid_step(span: float) -> float:
 
 def _line(axes: "Axes", track: Track, role: str, width: float, dash: str = "-", *, label: str | None = None) -> None:
     dashes: object = (0, (4, 1.6)) if dash == "--" else dash
+    way, lonely = _unbroken(track)
+    if len(lonely):
+        axes.plot(*lonely.T, color=LIGHT[role], linestyle="", marker="o", markersize=width + 1.0, markeredgewidth=0)
     axes.plot(
-        *track.xy.T, color=LIGHT[role], linewidth=width, linestyle=dashes, label=label,
+        *way.T, color=LIGHT[role], linewidth=width, linestyle=dashes, label=label,
         zorder=2.0 if role == "truth" else 2.3 if role == "dead" else 3.0, solid_capstyle="round",
     )  # fmt: skip
+
+
+def _unbroken(track: Track) -> tuple[Array, Array]:
+    """Return a track's way with nan where it pauses, and the poses that stand alone between two pauses."""
+    is_pause = np.diff(track.stamps) > longest_step(track.stamps)
+    if not is_pause.any():
+        return track.xy, np.empty((0, 2))
+    is_alone = np.concatenate([[True], is_pause]) & np.concatenate([is_pause, [True]])
+    way = np.insert(track.xy, np.flatnonzero(is_pause) + 1, np.nan, axis=0)
+    return way, track.xy[is_alone]
 
 
 def _ends(axes: "Axes", track: Track | None) -> None:

@@ -1,42 +1,38 @@
 """Stage ``write-log``: everything a run found as a log that Foxglove, RViz and rosbags open.
 
-==========================  ==================================================================================
-``/<source>/pose``          each estimate (PoseWithCovarianceStamped; PoseStamped where there is no covariance)
-``/<source>/path``          all of it (nav_msgs/Path), once at the end
-``/<source>/sightings``     what was seen, as in ``sightings.jsonl`` (std_msgs/String with JSON)
-``/<source>/annotations``   circles over the camera's image (foxglove_msgs/ImageAnnotations)
-``/tf``                     map -> odom and odom -> base_link at each estimate (REP-105)
-``/landmarks``              the map (foxglove_msgs/SceneUpdate), once
-``/notices``                what a person should know (foxglove_msgs/Log)
-==========================  ==================================================================================
+============================  =======================================================================================
+``/<source>/pose``            each estimate (PoseWithCovarianceStamped; PoseStamped where there is no covariance)
+``/<source>/path``            all of it (nav_msgs/Path), once at the end
+``/<source>/sightings``       what was seen, as in ``sightings.jsonl`` or ``poses.jsonl`` (std_msgs/String with JSON)
+``/<source>/annotations``     circles or edges over the camera's image (foxglove_msgs/ImageAnnotations)
+``/<source>/mark_<id>/pose``  a stripe mark in the frame of the robot (PoseWithCovarianceStamped)
+``/tf``                       map -> odom and odom -> base_link at each estimate (REP-105)
+``/landmarks``, ``/marks``    the maps (foxglove_msgs/SceneUpdate), once
+``/notices``                  what a person should know (foxglove_msgs/Log)
+============================  =======================================================================================
 
 What the stages summed up stands in metadata records named ``logpose.<source>``. Log time is the stamp of the event.
 All messages are CDR: a log that mixes encodings cannot be played by ``ros2 bag play``.
 """
 
 from array import array
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from ...formats.encode import TF_MESSAGE, header, pose_fields
-from ...formats.events import Event, Notice, Odometry, Pose, Sightings, Summary
-from ...formats.foxglove import (
-    IMAGE_ANNOTATIONS,
-    LOG,
-    SCENE_UPDATE,
-    image_annotations,
-    landmark_scene,
-    log_line,
-)
+from ...formats.events import Event, Notice, Odometry, Pose, Summary
+from ...formats.foxglove import LOG, log_line
 from ...formats.landmarks import read_landmarks
-from ...formats.products import LandmarkMap
+from ...formats.marks import read_marks
 from ...formats.write_log import LogWriter, create_log
 from ..engine.params import Field, InputPath, OutputPath, Params
 from ..engine.report import dump_json
 from .frames import FrameTree, Placed, Rigid
-from .track import DEAD_RECKON, START_POSE, TRUE_SIGHTINGS, TRUTH
+from .landmarks_record import LandmarkRecorder
+from .marks_record import MarkRecorder
+from .track import DEAD_RECKON, START_POSE, TRUTH
 
 
 class WriteLogParams(Params):
@@ -44,6 +40,7 @@ class WriteLogParams(Params):
 
     path: OutputPath = Field("result.mcap", description="log to write, .mcap or .bag (which has no summaries)")
     map: InputPath | None = Field(None, description="landmark map written as a scene; none is written without it")
+    marks: InputPath | None = Field(None, description="map of stripe marks, marks.yaml, written likewise")
     path_poses: int = Field(5000, ge=2, description="a path keeps at most this many poses, evenly chosen [1]")
     base_frame: str = Field("base_link", description="frame of the robot, where odometry does not name it")
 
@@ -51,19 +48,22 @@ class WriteLogParams(Params):
 def write_log(events: Iterator[Event], params: WriteLogParams) -> Iterator[Event]:
     """Write what passes, and what it amounts to, into a log."""
     landmarks = None if params.map is None else read_landmarks(params.map)
+    marks = None if params.marks is None else read_marks(params.marks)
     with create_log(params.path) as log:
+        parts = (LandmarkRecorder(log, landmarks), MarkRecorder(log, marks, params.base_frame))
         recorder = _Recorder(log, params)
         for event in events:
-            if landmarks is not None:
-                recorder.scene(landmarks, event.stamp)
-                landmarks = None
+            for part in parts:
+                part.take(event)
             recorder.take(event)
             yield event
+        for part in parts:
+            part.end()
         recorder.end()
 
 
 class _Recorder:
-    """One log being written."""
+    """Writes what all systems have in common: poses, paths, frames, notices, sums."""
 
     def __init__(self, log: LogWriter, params: WriteLogParams) -> None:
         self.log = log
@@ -72,12 +72,7 @@ class _Recorder:
         self.located: str | None = None
         self.frames = ("map", "odom", params.base_frame)
         self.paths: dict[str, _Path] = {}
-        self.circled: set[str] = set()
         self.summaries: list[Summary] = []
-
-    def scene(self, landmarks: LandmarkMap, stamp: int) -> None:
-        """Write the map."""
-        self.log.write_message("/landmarks", SCENE_UPDATE, stamp, landmark_scene(landmarks, stamp))
 
     def take(self, event: Event) -> None:
         """Write what belongs in the log of one event."""
@@ -86,11 +81,9 @@ class _Recorder:
                 self._odometry(event)
             case Pose() if event.source != START_POSE:
                 self._pose(event)
-            case Sightings() if event.source != TRUE_SIGHTINGS:
-                self._sightings(event)
             case Notice():
                 self.log.write_message("/notices", LOG, event.stamp, log_line(event))
-            case Summary():
+            case Summary(values=Mapping()):  # a list has one item per message, and those stand in the log
                 self.summaries.append(event)
             case _:
                 pass
@@ -103,14 +96,6 @@ class _Recorder:
         if not self.params.path.lower().endswith(".bag"):
             for summary in self.summaries:
                 self.log.metadata(f"logpose.{summary.source}", {"json": dump_json(summary.values)})
-
-    def _sightings(self, event: Sightings) -> None:
-        self.log.write(replace(event, topic=f"/{event.source}/sightings"))
-        if np.isfinite(event.uv).any():
-            self.circled.add(event.source)
-        if event.source in self.circled:  # also when nothing was seen, to clear the circles of the image before
-            topic = f"/{event.source}/annotations"
-            self.log.write_message(topic, IMAGE_ANNOTATIONS, event.stamp, image_annotations(event))
 
     def _pose(self, event: Pose) -> None:
         self.log.write(replace(event, topic=f"/{event.source}/pose"))

@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from ...formats.events import Array
 from .deviation import Deviation, deviation
-from .drawing import LIGHT, legend_above, new_figure
+from .drawing import LIGHT, legend_above, logarithmic, new_figure
+from .findings import Findings
 from .pictures import line_styles
-from .track import Counts, Findings
+from .track import Counts, longest_step
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -116,7 +117,7 @@ def draw_errors(findings: Findings) -> "Figure | None":
     signed = ((error.dx, error.sigma[:, 0], "x error [m]"), (error.dy, error.sigma[:, 1], "y error [m]"),
               (np.degrees(error.turn), np.degrees(error.sigma[:, 2]), "heading error [°]"))  # fmt: skip
     for axes, (value, sigma, label) in zip(rows[1:], signed, strict=True):
-        _signed(axes, t, value, sigma)
+        _signed(axes, t, (value, sigma), longest_step(track.stamps) / per)
         axes.set_ylabel(label)
     handles, labels = rows[1].get_legend_handles_labels()
     rows[1].legend(handles, labels, loc="upper right", ncols=2, borderaxespad=0.0, fontsize=8)
@@ -128,9 +129,7 @@ def draw_errors(findings: Findings) -> "Figure | None":
 
 def time_unit(findings: Findings) -> tuple[str, float]:
     """Choose the unit of the time axis, and how many ns it has."""
-    tracks = [findings.truth, findings.seen, *findings.estimates.values()]
-    last = max((int(track.stamps[-1]) for track in tracks if track is not None and len(track.stamps)), default=0)
-    return ("min", 60e9) if last - findings.start > 3600e9 else ("s", 1e9)
+    return ("min", 60e9) if findings.end - findings.start > 3600e9 else ("s", 1e9)
 
 
 def stretches(t: Array, values: Array, n: int = STRETCHES) -> tuple[Array, Array, Array, Array]:
@@ -172,6 +171,21 @@ def extremes(t: Array, values: Array, n: int = EXTREMES) -> npt.NDArray[np.int64
     return np.array(sorted(chosen), dtype=np.int64)
 
 
+def with_pauses(t: Array, longest: float, *values: Array) -> tuple[Array, ...]:
+    """Put nan between values that are farther apart in time than a line may be drawn.
+
+    Args:
+        t: (N,) non-decreasing times.
+        longest: time that a line may bridge.
+        values: (N,) each.
+
+    Returns:
+        The times and all values, longer by the number of pauses.
+    """
+    at = np.flatnonzero(np.diff(t) > longest) + 1
+    return (np.insert(t, at, t[at - 1]), *(np.insert(value, at, np.nan) for value in values))
+
+
 def _label(word: str, counts: Counts) -> str:
     return f"{word}, as logged" if counts.source == "sightings" else f"{word} by {counts.source}"
 
@@ -203,41 +217,49 @@ def draw_distances(axes: "Axes", findings: Findings, told: dict[str, Deviation],
             continue
         role, width, dash = styles[source]
         is_told = np.isfinite(error.distance)
-        t = (findings.estimates[source].stamps[is_told] - findings.start) / per
+        stamps = findings.estimates[source].stamps[is_told]
+        t, longest = (stamps - findings.start) / per, longest_step(stamps) / per
         distance = np.maximum(error.distance[is_told], SMALLEST_DRAWN_M)
         if len(t) > 2 * n:
+            longest = max(longest, 1.5 * float(t[-1] - t[0]) / n)
             t, distance, low, high = stretches(t, distance, n)
-            axes.fill_between(t, low, high, color=LIGHT[role], alpha=0.22, linewidth=0)
+            at, low, high = with_pauses(t, longest, low, high)
+            axes.fill_between(at, low, high, color=LIGHT[role], alpha=0.22, linewidth=0)
+        t, distance = with_pauses(t, longest, distance)
         dashes: object = (0, (4, 1.6)) if dash == "--" else dash
         axes.plot(t, distance, color=LIGHT[role], linewidth=width, linestyle=dashes, label=source)
-    axes.set_yscale("log")
-    axes.yaxis.set_major_formatter("{x:g}")
+    logarithmic(axes)
     usual = next(error.distance for source, error in told.items() if styles[source][0] == "estimate")
     bottom = max(float(np.nanquantile(usual, 0.05)), SMALLEST_DRAWN_M)
     axes.set_ylim(bottom=10.0 ** np.floor(np.log10(bottom)))
     axes.margins(x=0.01)
 
 
-def _signed(axes: "Axes", t: Array, value: Array, sigma: Array) -> None:
-    """Draw a signed error over the band in which 99.7 % of it would lie were the covariance right."""
+def _signed(axes: "Axes", t: Array, what: tuple[Array, Array], longest: float) -> None:
+    """Draw a signed error over the band in which 99.7 % of it would lie were the covariance right.
+
+    Args:
+        axes: to draw into.
+        t: (N,) times.
+        what: the error and its standard deviation, (N,) each.
+        longest: time that a line may bridge.
+    """
+    value, sigma = what
+    if len(t) > 2 * EXTREMES:
+        longest = max(longest, 2.0 * float(t[-1] - t[0]) / EXTREMES)
     if np.isfinite(sigma).any():
         at = extremes(t, sigma)
+        times, band = with_pauses(t[at], longest, 3 * sigma[at])
         axes.fill_between(
-            t[at],
-            -3 * sigma[at],
-            3 * sigma[at],
-            color=LIGHT["estimate"],
-            alpha=0.16,
-            linewidth=0,
-            label="±3σ as estimated",
+            times, -band, band, color=LIGHT["estimate"], alpha=0.16, linewidth=0, label="±3σ as estimated"
         )
     axes.margins(x=0.01)
     axes.axhline(0.0, color=LIGHT["muted"], linewidth=0.6)
     at = extremes(t, value)
-    axes.plot(t[at], value[at], color=LIGHT["estimate"], linewidth=0.8, label="error")
+    axes.plot(*with_pauses(t[at], longest, value[at]), color=LIGHT["estimate"], linewidth=0.8, label="error")
     finite = np.abs(value[np.isfinite(value)])
-    band = 3 * sigma[np.isfinite(sigma)]
+    known = 3 * sigma[np.isfinite(sigma)]
     # A start spread or a gap must not flatten everything else: the axis follows the errors, and the band's usual size.
-    reach = max(float(finite.max()) if len(finite) else 0.0, float(np.quantile(band, 0.98)) if len(band) else 0.0)
+    reach = max(float(finite.max()) if len(finite) else 0.0, float(np.quantile(known, 0.98)) if len(known) else 0.0)
     if reach > 0:
         axes.set_ylim(-1.1 * reach, 1.1 * reach)

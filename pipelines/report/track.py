@@ -1,19 +1,17 @@
-"""What a report keeps of a run: numbers per pose and per image, no images, no events.
+"""What a report keeps of poses and counts: numbers per pose and per image, no events.
 
 A ``Track`` is one source's poses as arrays; ``TrackBuilder`` grows one in compact buffers (about 80 bytes per pose).
-``Findings`` is everything a page is made from; pictures and tables take it and leave out what is not there.
 """
 
 import math
 from array import array
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ...formats.events import Array, Notice
-from ...formats.products import LandmarkMap
+from ...formats.events import Array
 from ..geometry.angles import yaw_from_quaternion
 
 TRUTH = "truth"
@@ -22,6 +20,9 @@ DEAD_RECKON = "dead-reckon"
 TRUE_SIGHTINGS = "true_sightings"
 LOGGED = "pose"
 """Poses that another program had logged."""
+
+LONGEST_PAUSE_NS = 2_000_000_000
+"""Poses farther apart in time than this, and than ten of their usual steps, are not joined by a line [ns]."""
 
 Stamps = npt.NDArray[np.int64]
 
@@ -76,56 +77,6 @@ class Counts:
     n: npt.NDArray[np.int64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Findings:
-    """Everything a report is made from.
-
-    Attributes:
-        estimates: by source, in order of appearance; the first that is not dead reckoning is the one in question.
-        truth: None when not known.
-        seen: what was detected, per image; None when there were no sightings.
-        matched: what the primary estimate took for landmarks of the map, per image; None when it did not say.
-        landmarks: the map that was used, or None.
-        matched_ids: landmarks that were matched at least once; empty when nobody said.
-        results: what the stages summed up, by source; ``run`` is the run itself.
-        notices: what a person should know, the first of each code, with how often.
-    """
-
-    estimates: Mapping[str, Track] = field(default_factory=dict)
-    truth: Track | None = None
-    seen: Counts | None = None
-    matched: Counts | None = None
-    landmarks: LandmarkMap | None = None
-    matched_ids: frozenset[int] = frozenset()
-    results: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
-    notices: Sequence[tuple[Notice, int]] = ()
-
-    @property
-    def primary(self) -> Track | None:
-        """The estimate the report is about."""
-        return primary_of(self.estimates)
-
-    @property
-    def start(self) -> int:
-        """Stamp of the earliest thing known; the zero of all time axes [ns]."""
-        tracks: list[Track | Counts | None] = [*self.estimates.values(), self.truth, self.seen]
-        stamps = [int(track.stamps[0]) for track in tracks if track is not None and len(track.stamps)]
-        return min(stamps, default=0)
-
-    @property
-    def evaluation(self) -> Mapping[str, object]:
-        """What an evaluation against the truth found; empty when there was none."""
-        return next((self.results[name] for name in ("evaluation", "evaluate") if name in self.results), {})
-
-    @property
-    def waypoints(self) -> list["Waypoint"]:
-        """The way points an evaluation told of, or none."""
-        found = self.evaluation.get("waypoints")
-        return (
-            [Waypoint.read(point) for point in found if isinstance(point, Mapping)] if isinstance(found, list) else []
-        )
-
-
 def primary_of(estimates: Mapping[str, Track]) -> Track | None:
     """Return the first track that was estimated from more than odometry, or the first."""
     tracks = list(estimates.values())
@@ -158,6 +109,15 @@ class Waypoint:
         """Take a way point from an evaluation."""
         keys = ("x", "y", "estimate_x", "estimate_y", "dx", "dy", "distance")
         return cls(name=str(point.get("name", "")), **{key: _number(point.get(f"{key}_m")) for key in keys})
+
+
+def longest_step(stamps: Stamps) -> int:
+    """Return the longest time between two poses over which a line may be drawn [ns].
+
+    A line through a time of which nothing is said would say where the robot was.
+    """
+    steps = np.diff(stamps)
+    return max(LONGEST_PAUSE_NS, 10 * int(np.median(steps))) if len(steps) else LONGEST_PAUSE_NS
 
 
 class TrackBuilder:

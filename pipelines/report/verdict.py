@@ -8,16 +8,18 @@ from collections.abc import Mapping
 import numpy as np
 
 from .deviation import deviation
-from .track import Findings, Track
+from .findings import Findings
+from .marks import OK, UNVERIFIED, MarkFindings, longest_bridged_s
+from .track import DEAD_RECKON, Track
 
 
 def verdict(findings: Findings) -> str:
     """Say it."""
     track = findings.primary
     if track is None or len(track) == 0:
-        parts = _seen(findings) or ["No pose was estimated"]
+        parts = _seen(findings) or ["No pose was estimated", *_marks(findings)]
     else:
-        parts = [_estimate(findings, track), _error(findings, track), *_status(track)]
+        parts = [_estimate(findings, track), _error(findings, track), *_status(track), *_marks(findings)]
     parts.append(_notices(findings))
     return "; ".join(part for part in parts if part) + "."
 
@@ -37,8 +39,12 @@ def _estimate(findings: Findings, track: Track) -> str:
     n = len(track)
     if n == 1:
         return f"{track.source} estimated one pose"
-    way = findings.truth if findings.truth is not None and len(findings.truth) > 1 else track
-    return f"{track.source} estimated {n} poses over {duration_s(track):.1f} s and {way.length:.1f} m of way"
+    words = f"{track.source} estimated {n} poses over {duration_s(track):.1f} s"
+    has_truth = findings.truth is not None and len(findings.truth) > 1
+    if findings.is_by_marks and not has_truth and DEAD_RECKON not in findings.estimates:
+        return words  # poses of single images, which may lie anywhere, make no way
+    way = findings.truth if findings.truth is not None and has_truth else track
+    return f"{words} and {way.length:.1f} m of way"
 
 
 def _error(findings: Findings, track: Track) -> str:
@@ -109,6 +115,36 @@ def _seen(findings: Findings) -> list[str]:
     return [
         f"{seen.source} saw {int(seen.n.sum())} landmarks in {len(seen.n)} images, none in {int((seen.n == 0).sum())}"
     ]
+
+
+def _marks(findings: Findings) -> list[str]:
+    """Say how many marks were recognised, in how many images, and what carried the pose in between."""
+    marks = findings.marks
+    if marks is None:
+        return []
+    ids = np.unique(marks.mark[marks.of_status(OK)])
+    if len(ids) == 0:
+        parts = [
+            "no mark was recognised "
+            + ("in the only image" if len(marks.images) == 1 else f"in {len(marks.images)} images")
+        ]
+    elif marks.marks is None or len(marks.marks) == 1:
+        names = f"mark {ids[0]} was" if len(ids) == 1 else f"{len(ids)} marks were"
+        parts = [f"{names} recognised {_in_images(marks, OK)}"]
+    else:
+        verb = "was" if len(ids) == 1 else "were"
+        parts = [f"{len(ids)} of {len(marks.marks)} marks {verb} recognised, {_in_images(marks, OK)}"]
+    if marks.of_status(UNVERIFIED).any():
+        parts.append(f"which mark it is was assumed {_in_images(marks, UNVERIFIED)}")
+    longest = longest_bridged_s(marks, findings.primary)
+    if longest > 0:
+        parts.append(f"odometry alone bridged {longest:.1f} s at most")
+    return parts
+
+
+def _in_images(marks: MarkFindings, status: str) -> str:
+    n, total = len(np.unique(marks.stamps[marks.of_status(status)])), len(marks.images)
+    return "in the only image" if total == 1 else f"in {n} of {total} images"
 
 
 def _notices(findings: Findings) -> str:

@@ -87,3 +87,13 @@ def test_without_poses_of_odometry_the_tree_is_map_to_base(has_odometry):
     assert [p.stamp for p in placed] == [i * SECOND // 10 for i in range(30)]
     assert all(p.map_T_odom is None for p in placed)
     assert placed[7].odom_T_base[0][0] == 7.0
+
+
+def test_estimates_that_come_when_the_log_has_ended_stand_without_odometry():
+    tree = FrameTree()
+    for i in range(50):
+        list(tree.odometry(i * SECOND // 10, planar(0.1 * i, 0.0, 0.0)))
+    placed = [p for i in range(50) for p in tree.estimate(i * SECOND // 10, planar(0.1 * i, 1.0, 0.0))]
+    placed += tree.end()
+    assert [p.stamp for p in placed] == [i * SECOND // 10 for i in range(50)]
+    assert all(p.map_T_odom is None for p in placed)

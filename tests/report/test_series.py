@@ -10,6 +10,7 @@ from logpose.pipelines.report.series import (
     extremes,
     stretches,
     time_unit,
+    with_pauses,
 )
 
 
@@ -82,3 +83,31 @@ def test_extremes_keep_gaps():
 def test_long_logs_have_a_time_axis_in_minutes(collect, make):
     long = collect([make.pose(0, 0.0, 0.0, 0.0), make.pose(3601 * 10**9, 1.0, 0.0, 0.0)])
     assert time_unit(long) == ("min", 60e9)
+
+
+def test_a_line_ends_before_a_pause_and_begins_after_it():
+    t, values = with_pauses(np.array([0.0, 1.0, 9.0, 10.0]), 2.0, np.array([1.0, 2.0, 3.0, 4.0]))
+    assert t.tolist() == [0.0, 1.0, 1.0, 9.0, 10.0]
+    assert np.isnan(values).tolist() == [False, False, True, False, False]
+
+
+def test_errors_are_not_drawn_where_nothing_was_estimated(collect, make):
+    """At 10 Hz for a second, then nothing for twenty, then again."""
+    stamps = [i * 10**8 for i in range(10)] + [21 * 10**9 + i * 10**8 for i in range(10)]
+    events = [make.pose(i * 10**8, 0.1 * i, 0.0, 0.0, "truth") for i in range(230)]
+    events += [make.pose(stamp, stamp / 1e9, 0.02, 0.01, covariance=np.eye(6) * 1e-4) for stamp in stamps]
+    with drawing():
+        rows = draw_errors(collect(events)).axes
+    for axes, label in zip(rows, ("localize-pf", "error", "error", "error"), strict=True):
+        (line,) = [line for line in axes.lines if line.get_label() == label]
+        assert np.isnan(line.get_ydata()).sum() == 1
+
+
+def test_a_pause_in_a_long_series_is_kept(collect, make):
+    stamps = [i * 10**8 for i in range(3000)] + [400 * 10**9 + i * 10**8 for i in range(3000)]
+    events = [make.pose(i * 10**9 // 2, 0.05 * i, 0.0, 0.0, "truth") for i in range(1500)]
+    events += [make.pose(stamp, stamp / 1e10, 0.02, 0.01) for stamp in stamps]
+    with drawing():
+        rows = draw_errors(collect(events)).axes
+    for axes in rows:
+        assert any(np.isnan(np.asarray(line.get_ydata(), dtype=float)).any() for line in axes.lines)
