@@ -8,6 +8,7 @@ STAGES = {
     "dead-reckon": "logpose.pipelines.dead_reckon:dead_reckon",
     "detect-circles": "logpose.pipelines.detect_circles.stage:detect_circles",
     "evaluate": "logpose.pipelines.evaluate.stage:evaluate",
+    "fuse-poses": "logpose.pipelines.fuse.stage:fuse_poses",
     "localize-pf": "logpose.pipelines.localize_pf.stage:localize_pf",
     "read-sightings": "logpose.pipelines.read:read_sightings",
     "read-truth": "logpose.pipelines.read:read_truth",
