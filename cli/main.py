@@ -21,6 +21,7 @@ from ..formats.errors import ExitStatus, GateError, LogposeError
 COMMANDS = {
     "detect-circles": "Find round lamps and stickers in images of a ceiling.",
     "localize-pf": "Track a robot under identical ceiling landmarks with a particle filter.",
+    "stripe-pose": "Find stripe marks in images, and from one of them where the robot is.",
     "run": "Run any pipeline file over logs.",
     "simulate": "Make a log with ground truth from a world file.",
     "evaluate": "Compare a trajectory with its reference.",

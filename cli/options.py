@@ -1,5 +1,6 @@
 """Options that subcommands share; every default is None, so that a flag that is not given overrides no file."""
 
+import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -9,6 +10,28 @@ import yaml
 from ..formats.errors import ConfigError
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Number(click.ParamType):  # type: ignore[type-arg]
+    """A finite number; click's own float takes nan and inf, and nan lies in any of its ranges."""
+
+    name = "float"
+
+    def __init__(self, above: float | None = None) -> None:
+        """Accept only what is greater than ``above``, if it is given."""
+        self.above = above
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
+        try:
+            number = float(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a number.", param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not finite.", param, ctx)
+        if self.above is not None and number <= self.above:
+            self.fail(f"{value!r} is not greater than {self.above:g}.", param, ctx)
+        return number
 
 
 def traceback_option(function: F) -> F:

@@ -12,7 +12,10 @@ STAGES = {
     "localize-pf": "logpose.pipelines.localize_pf.stage:localize_pf",
     "read-sightings": "logpose.pipelines.read:read_sightings",
     "read-truth": "logpose.pipelines.read:read_truth",
+    "stripe-pose": "logpose.pipelines.stripe_pose.stage:stripe_pose",
     "write-log": "logpose.pipelines.report.record:write_log",
+    "write-mark-overlays": "logpose.pipelines.stripe_pose.stage:write_mark_overlays",
+    "write-mark-poses": "logpose.pipelines.write:write_mark_poses",
     "write-overlays": "logpose.pipelines.detect_circles.stage:write_overlays",
     "write-picture": "logpose.pipelines.report.stage:write_picture",
     "write-report": "logpose.pipelines.report.stage:write_report",
@@ -23,10 +26,12 @@ STAGES = {
 PIPELINES = {
     "detect-circles": _HERE / "detect_circles" / "detect_circles.yaml",
     "localize-pf": _HERE / "localize_pf" / "localize_pf.yaml",
+    "stripe-pose": _HERE / "stripe_pose" / "stripe_pose.yaml",
 }
 
 SUITS = {
     "detect-circles": ("image",),
     "localize-pf": ("image|sightings", "odometry"),
+    "stripe-pose": ("image",),
 }
 """Subcommand -> roles a log must be able to fill; alternatives separated by a bar. ``inspect`` reads it."""

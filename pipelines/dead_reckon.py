@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from ..formats.errors import ConfigError
-from ..formats.events import Array, Event, Odometry, Pose, Sightings
+from ..formats.events import Array, Event, MarkSighting, Odometry, Pose, Sightings
 from .engine.params import Field, Params
 from .geometry.angles import quaternion_from_yaw
 from .geometry.motion import Increment
@@ -25,17 +25,20 @@ class DeadReckonParams(Params):
     odometry_from: Literal["auto", "pose", "twist"] = Field(
         "auto", description="half of the odometry messages to use; auto: the pose where there is one"
     )
+    optional: bool = Field(
+        default=False, description="a log without odometry or start pose is no error, and has no pose"
+    )
     every_s: float = Field(0.0, ge=0, description="least time between two poses [s]; 0: one per odometry message")
 
 
 def dead_reckon(events: Iterator[Event], params: DeadReckonParams) -> Iterator[Event]:
     """Integrate odometry into poses from the same start pose as the estimators.
 
-    Yields a Pose after each Odometry message from the start pose on, and after each Sightings, so that a
-    trajectory has poses at the same stamps as the estimate.
+    Yields a Pose after each Odometry message from the start pose on, and after each Sightings or MarkSighting, so
+    that a trajectory has poses at the same stamps as the estimate.
 
     Raises:
-        ConfigError: no start pose, or no odometry.
+        ConfigError: no start pose, or no odometry, unless they are optional.
         ValueError: odometry is not finite or goes back in time.
     """
     reader = OdometryReader(params.odometry_from)
@@ -46,7 +49,7 @@ def dead_reckon(events: Iterator[Event], params: DeadReckonParams) -> Iterator[E
         if isinstance(event, Pose) and event.source == "initial_pose" and params.initial_pose is None:
             reader.until(event.stamp)
             pose, _ = start_pose_of(event)
-        elif isinstance(event, Odometry | Sightings):
+        elif isinstance(event, Odometry | Sightings | MarkSighting):
             step = reader.read(event) if isinstance(event, Odometry) else reader.until(event.stamp)
             reader.gaps.clear()
             reader.jumps.clear()
@@ -57,6 +60,8 @@ def dead_reckon(events: Iterator[Event], params: DeadReckonParams) -> Iterator[E
             if reader.count and event.stamp != last and is_due:
                 last = event.stamp
                 yield _event(event.stamp, pose)
+    if params.optional:
+        return
     if reader.count == 0:
         raise ConfigError(f"{SOURCE}: {MISSING_ODOMETRY}")
     if pose is None:

@@ -1,11 +1,13 @@
-"""Stages that write trajectories and sightings; they forward everything, so they may stand anywhere in a pipeline."""
+"""Stages that write what was found; they forward everything, so they may stand anywhere in a pipeline."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from ..formats.errors import ConfigError
-from ..formats.events import Event, Notice, Pose, Sightings
+from ..formats.events import Event, MarkSighting, Notice, Pose, Sightings, Summary
 from ..formats.files import replacing_text
+from ..formats.mark_poses import HEADER as MARK_POSES_HEADER
+from ..formats.mark_poses import mark_pose_line, mark_pose_to_json
 from ..formats.sightings import HEADER, sightings_line
 from ..formats.trajectory_csv import CsvWriter
 from ..formats.tum import TumWriter
@@ -64,3 +66,38 @@ def write_sightings(events: Iterator[Event], params: WriteSightingsParams) -> It
                 f"{params.source}: there are no images in this log, or in this part of it. "
                 "Name their topic with --topic image=/NAME."
             )
+
+
+class WriteMarkPosesParams(Params):
+    """What to write, and where."""
+
+    path: OutputPath = Field("poses.jsonl", description="file to write")
+    source: str = Field(description="name of the stage whose sightings of marks are written")
+    in_report: bool = Field(default=False, description="also put them, without edges, into result.poses of report.json")
+
+
+def write_mark_poses(events: Iterator[Event], params: WriteMarkPosesParams) -> Iterator[Event]:
+    """Write one line per mark seen, at least one per image.
+
+    Raises:
+        ConfigError: there was no image.
+    """
+    poses: list[Mapping[str, object]] = []
+    is_kept = params.in_report and params.path != "-"  # a stream leaves no report
+    n = stamp = 0
+    with replacing_text(params.path) as file:
+        for event in events:
+            yield event
+            stamp = event.stamp
+            if isinstance(event, MarkSighting) and event.source == params.source:
+                file.write(mark_pose_line(event) if n else MARK_POSES_HEADER + mark_pose_line(event))
+                n += 1
+                if is_kept:
+                    poses.append({key: value for key, value in mark_pose_to_json(event).items() if key != "edges"})
+        if n == 0:
+            raise ConfigError(
+                f"{params.source}: there are no images in this log, or in this part of it. "
+                "Name their topic with --topic image=/NAME."
+            )
+    if is_kept:
+        yield Summary(stamp=stamp, source="poses", values=poses)

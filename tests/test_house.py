@@ -83,7 +83,7 @@ def test_each_layer_uses_its_libraries_only(path):
     assert used - STANDARD - allowed - {"__version__"} == set()
 
 
-@pytest.mark.parametrize("package", ["detect_circles", "fuse", "localize_pf"])
+@pytest.mark.parametrize("package", ["detect_circles", "fuse", "localize_pf", "stripe_pose"])
 def test_models_know_no_events(package):
     for path in (ROOT / "pipelines" / package).glob("*.py"):
         if path.name != "stage.py":

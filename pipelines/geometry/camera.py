@@ -87,7 +87,7 @@ class Camera:
     def distort(self, xy: Array) -> Array:
         """Map ideal normalised coordinates (..., 2) to the distorted ones (..., 2)."""
         xy = np.asarray(xy, dtype=np.float64)
-        if not self.distortion and self.model != "equidistant":
+        if self.is_pinhole:
             return xy.copy()
         inside = (xy**2).sum(-1, keepdims=True) <= self._limit
         return np.where(inside, self._forward(np.where(inside, xy, 0.0))[0], np.nan)
@@ -104,7 +104,7 @@ class Camera:
             iterations: the most Newton steps; four are usual.
         """
         target = np.asarray(xy, dtype=np.float64)
-        if not self.distortion and self.model != "equidistant":
+        if self.is_pinhole:
             return target.copy()
         if self.model == "equidistant":
             return self._undistort_equidistant(target, iterations)
@@ -128,6 +128,11 @@ class Camera:
             error = np.abs(self._forward(guess)[0] - target).max(-1, keepdims=True)
             is_inside = (guess**2).sum(-1, keepdims=True) <= self._limit * (1 + 1e-12)
         return np.where(is_inside & (error < 1e-12 * (1.0 + radius)), guess, np.nan)
+
+    @cached_property
+    def is_pinhole(self) -> bool:
+        """Whether the lens bends nothing; calibrations of such cameras have coefficients of zero as well as none."""
+        return self.model != "equidistant" and not any(self.distortion)
 
     @cached_property
     def _limit(self) -> float:

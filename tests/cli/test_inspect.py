@@ -83,18 +83,20 @@ def test_a_log_without_images_says_what_is_missing(logpose, without_images):
     assert result["suits"]["detect-circles"] == {"missing": ["image"]}
 
 
-def test_a_log_without_odometry_suits_the_detector_alone(logpose, rewrite):
+def test_a_log_without_odometry_suits_what_needs_images_alone(logpose, rewrite):
     log = rewrite(lambda e: None if isinstance(e, Odometry) else e)
     verdict = verdicts(logpose("inspect", log).out)
-    assert verdict == {"detect-circles": "yes", "localize-pf": "no: nothing for odometry"}
+    assert verdict == {"detect-circles": "yes", "localize-pf": "no: nothing for odometry", "stripe-pose": "yes"}
 
 
-def test_images_alone_suit_the_detector_alone(logpose, photos):
+def test_images_alone_suit_what_needs_images_alone(logpose, photos):
     done = logpose("inspect", photos)
     assert done.status == 0
     assert done.out.splitlines()[3] == "0.2 s, 3 messages"
     assert rows(done.out)["/image"][:4] == ["image", "file", "3", "8.0"]
-    assert verdicts(done.out) == {"detect-circles": "yes", "localize-pf": "no: nothing for odometry"}
+    assert verdicts(done.out) == {
+        "detect-circles": "yes", "localize-pf": "no: nothing for odometry", "stripe-pose": "yes"
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", ["drive", "photos", "without_images"])
@@ -106,8 +108,11 @@ def test_every_command_a_log_suits_runs_and_the_others_end_with_one_line(logpose
         from logpose.formats.calibration import Calibration, write_calibration
 
         write_calibration(Calibration(480, 360, 480.0, 480.0, 239.5, 179.5), camera)
+    marks = tmp_path / "marks.yaml"
+    marks.write_text("logpose: marks/1\nmarks: [{id: 1, lines_m: [0, 0.1, 0.3], x_m: 0, y_m: 0, heading_rad: 0}]\n")
     for name, verdict in suits.items():
-        words = ["--map", landmarks, "-q", "-o", "-", *(["--camera", camera] if kind == "photos" else [])]
+        where = ["--marks", marks, "--tilt", 0] if name == "stripe-pose" else ["--map", landmarks]
+        words = [*where, "-q", "-o", "-", *(["--camera", camera] if kind == "photos" else [])]
         done = logpose(name, log, *words)
         if verdict["missing"]:
             assert done.status == 2, (name, done)

@@ -48,8 +48,8 @@ def test_no_command_prints_the_help_on_stderr_and_is_a_usage_error(logpose):
         (
             ["localize-pf", "x.mcap", "--topic", "imgae=/a", "--map", "m.yaml"],
             (
-                "--topic imgae=/a: no role 'imgae'. There is: camera_info, image, imu, initial_pose, odometry, pose, "
-                "range, scan, sightings, true_sightings, truth.\n"
+                "--topic imgae=/a: no role 'imgae'. There is: camera_info, image, imu, initial_pose, joints, odometry, "
+                "pose, range, scan, sightings, true_sightings, truth.\n"
             ),
         ),
         (["localize-pf", "x.mcap", "--map", "m.yaml"], "x.mcap: no such file or folder. Check the path.\n"),

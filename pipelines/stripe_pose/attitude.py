@@ -1,0 +1,74 @@
+"""Where the camera looks: pan, tilt and roll from a mount, an inertial unit, joints, or options."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..geometry.so3 import as_matrix
+from .levelling import attitude_of
+from .pose import Array
+from .solve import Attitude
+
+MEASURED_SD, STATED_SD, TILT_SD, ROLL_SD = np.radians([0.3, 1.0, 4.0, 2.0])
+"""Standard deviations of what was measured, of what options or a mount say (the floor is not flat), and of nothing
+known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Looking:
+    """Pan, tilt, roll [rad], and how tilt and roll are known."""
+
+    pan: float = 0.0
+    tilt: float = 0.0
+    roll: float = 0.0
+    known: Literal["measured", "stated", "not"] = "not"
+
+
+def looking_of(rotation: Array | None, tilted: Array | None) -> Looking:
+    """Return where a camera looks.
+
+    Args:
+        rotation: (4,) quaternion of the optical frame on the robot; it looks ahead where the log does not say (None).
+        tilted: (3, 3) rotation of the robot against a level one of the same heading, None where it is not measured.
+    """
+    base_R_optical = AHEAD if rotation is None else as_matrix(rotation)
+    if tilted is None:
+        return Looking(*attitude_of(base_R_optical), "not" if rotation is None else "stated")
+    return Looking(*attitude_of(tilted @ base_R_optical), "measured")
+
+
+AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""Optical frame of a camera that looks straight ahead, on the robot (x ahead, y left, z up)."""
+
+
+def robot_tilt(orientation: Array, mount: Array | None) -> Array:
+    """Return the robot's rotation against a level one of the same heading, (3, 3).
+
+    Args:
+        orientation: (4,) of the inertial unit in the world.
+        mount: (4,) of the unit on the robot; straight if None.
+    """
+    world_R_robot = as_matrix(orientation)
+    if mount is not None:
+        world_R_robot = world_R_robot @ as_matrix(mount).T
+    heading = np.arctan2(world_R_robot[1, 0], world_R_robot[0, 0])
+    c, s = np.cos(heading), np.sin(heading)
+    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ world_R_robot
+
+
+def expected(
+    looking: Looking, levelling: Literal["best", "lines", "given"], tilt_sd: float | None, roll_sd: float | None
+) -> Attitude:
+    """Return what is known of tilt and roll: ``given`` is exact, ``lines`` takes nothing for known."""
+    if levelling == "given":
+        return Attitude(looking.tilt, looking.roll, 0.0, 0.0)
+    if levelling == "lines":
+        return Attitude(looking.tilt, looking.roll, np.inf, np.inf)
+    usual = {"measured": (MEASURED_SD,) * 2, "stated": (STATED_SD,) * 2, "not": (TILT_SD, ROLL_SD)}[looking.known]
+    return Attitude(
+        looking.tilt,
+        looking.roll,
+        usual[0] if tilt_sd is None else tilt_sd,
+        usual[1] if roll_sd is None else roll_sd,
+    )

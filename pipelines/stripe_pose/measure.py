@@ -1,0 +1,202 @@
+"""A mark measured: the lines of its edges, and the ends of its bars, from one proposal on."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ...formats.products import StripeMark
+from .scene import Array, Scene, edges_of
+from .solve import Ends, Lines
+
+Ints = npt.NDArray[np.int64]
+
+SAME_PX = 2.0
+"""A proposal whose edges are nearer than this to lines that were followed is about the same thing [px]."""
+BLENDED_PX = 0.1
+"""Error of an edge whose neighbour is too near and could not be taken apart from it [px]."""
+ROUNDED_ROWS = 2
+"""Rows at either end of a mark where blur mixes in what is above and below it."""
+END_FLOOR_PX = 0.01
+"""Part of the error of a bar's end that does not average out: ends are cut less straight than sides [px]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """What was measured of a mark.
+
+    Attributes:
+        members: (n,) which edges of the mark have a line, left to right.
+        lines: of these.
+        ends: of the bars that are wide enough, where the mark says how high they are.
+        columns: (n,) of the lines at ``middle`` [px].
+        slopes: (n,) change of the column per row.
+        middle: row.
+        rows: (n, 2) first and last row of each edge [px].
+        strengths: (n,) mean responses [grey levels per pixel].
+        found: (m, H) columns that were followed [px], nan where there are none.
+        gap_px: least distance of two neighbouring lines [px].
+        misfit_px: how far the lines are from those of any view of the mark, before neighbours are taken apart [px].
+        taps: of the filter that was used.
+        is_blended: whether neighbours may bias one another.
+    """
+
+    members: Ints
+    lines: Lines
+    ends: Ends | None
+    columns: Array
+    slopes: Array
+    middle: float
+    rows: Array
+    strengths: Array
+    found: Array
+    gap_px: float
+    misfit_px: float
+    taps: Array
+    is_blended: bool
+
+    def contain(self, rows: Ints, columns: Array) -> npt.NDArray[np.bool_]:
+        """Tell of proposals whether their edges are those that were followed here.
+
+        Args:
+            rows: (N,) of the proposals.
+            columns: (N, m) of their edges [px], nan for what is hidden.
+        """
+        near = np.abs(self.found[:, rows].T - columns) < SAME_PX
+        return np.asarray(2 * near.sum(axis=1) >= np.isfinite(columns).sum(axis=1))
+
+
+def measure(scene: Scene, mark: StripeMark, row: int, columns: Array) -> Measured:
+    """Follow the edges of a proposal over all rows that cross the mark, and fit their lines.
+
+    Args:
+        scene: the image.
+        mark: whose edges they would be.
+        row: of the proposal.
+        columns: (m,) of the edges there [px], nan for what is hidden.
+    """
+    from .edges import WIDE_GAP_PX, WIDE_SIGMA_PX, filter_taps, follow
+    from .lines import FIRST, LAST, N_COLUMNS, ROWS, SLOPE, STRENGTH, VAR_SLOPE, VAR_X, X, Z, fit_lines, misfit
+
+    mark_edges, polarity = edges_of(mark)
+    m, height = len(mark_edges), scene.pixels.shape[0]
+    found, size = np.empty((m, height)), np.empty((m, height))
+    threshold = max(4.0 * scene.noise, 0.5)
+    seen = columns[np.isfinite(columns)]
+    # What hides a part of a mark may end anywhere, also near one of its edges.
+    is_wide = len(seen) == m and float(np.min(np.diff(seen))) >= WIDE_GAP_PX
+    taps = filter_taps(WIDE_SIGMA_PX) if is_wide else scene.taps
+    follow(scene.pixels, row, columns, polarity, taps, threshold, found, size)
+    table = np.empty((m, N_COLUMNS))
+    floor = scene.search.floor_px / scene.eye.camera.fx
+    fit_lines(found, size, scene.rays, scene.search.least_rows, floor, table)
+    members = np.flatnonzero(table[:, ROWS] > 0)
+    table = table[members]
+    by = np.ascontiguousarray(table.T)
+    lines = Lines(mark_edges[members], by[X], by[SLOPE], by[Z], np.diag(by[VAR_X]), by[VAR_SLOPE])
+    first, last = by[FIRST], by[LAST]
+    middle = round(0.5 * float(first.sum() + last.sum()) / len(members)) if len(members) else row
+    at, slopes = _in_image(scene, lines, middle)
+    gap_px = float(np.min(np.diff(at))) if len(at) > 1 else 0.0
+    error = misfit(table, lines.X) * scene.eye.camera.fx if len(members) >= 3 else np.inf
+    rows, strengths = np.stack([first, last], axis=1), by[STRENGTH]
+    return Measured(
+        members,
+        lines,
+        None,
+        at,
+        slopes,
+        middle,
+        rows,
+        strengths,
+        found,
+        gap_px,
+        error,
+        taps,
+        gap_px < scene.search.blend_px,
+    )
+
+
+def sharpen(measured: Measured, mark: StripeMark, scene: Scene) -> Measured:
+    """Take neighbours apart that blend, and find the ends of the bars where the mark says how high they are."""
+    lines = _separated(scene, mark, measured) if measured.is_blended else measured.lines
+    ends = _ends(scene, mark, measured) if mark.height is not None and mark.bars is not None else None
+    return replace(measured, lines=lines, ends=ends)
+
+
+def _in_image(scene: Scene, lines: Lines, row: float) -> tuple[Array, Array]:
+    """Return the columns (n,) of lines at an image row [px], and their change per row."""
+    camera = scene.eye.camera
+    z = (camera.cy - row) / camera.fy
+    if camera.is_pinhole:
+        return camera.cx + camera.fx * (lines.x + lines.slope * (z - lines.z)), lines.slope * (-camera.fx / camera.fy)
+    two = np.stack([np.full_like(lines.z, z), np.full_like(lines.z, z - 20.0 / camera.fy)])  # 20 rows apart
+    xy = np.stack([lines.x + lines.slope * (two - lines.z), -two], axis=-1)
+    uv = camera.distort(xy) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+    slopes = (uv[1, :, 0] - uv[0, :, 0]) / (uv[1, :, 1] - uv[0, :, 1])
+    return uv[0, :, 0] + slopes * (row - uv[0, :, 1]), slopes
+
+
+def _separated(scene: Scene, mark: StripeMark, measured: Measured) -> Lines:
+    """Take neighbouring edges apart; where that fails, say how much they may bias one another."""
+    from .profile import separate
+
+    lines, n = measured.lines, len(measured.members)
+    camera = scene.eye.camera
+    first, last = int(measured.rows[:, 0].max()), int(measured.rows[:, 1].min())
+    rounded = min(ROUNDED_ROWS, (last - first) // 4)
+    rows = (first + rounded, last - rounded)
+    values, cov = np.empty(n + 5), np.empty((n + 5, n + 5))
+    used = 0
+    if n == len(edges_of(mark)[0]) and mark.bars is not None and rows[1] - rows[0] >= 2:
+        middle = 0.5 * (rows[0] + rows[1])
+        columns, slopes = _in_image(scene, lines, middle)
+        used = separate(scene.pixels, rows, columns, slopes, middle, edges_of(mark)[1], values, cov)
+    offsets = values[:n]
+    if used == 0 or not np.all(np.abs(offsets) < 1.0) or not np.all(np.diag(cov)[:n] > 0):
+        blended = np.diag(np.full(n, (BLENDED_PX / camera.fx) ** 2))
+        return Lines(lines.X, lines.x, lines.slope, lines.z, lines.cov + blended, lines.slope_var)
+    at = np.clip(np.floor(columns).astype(np.int64), 0, scene.pixels.shape[1] - 2)
+    row = min(max(round(middle), 0), scene.pixels.shape[0] - 1)
+    per_px = scene.rays[row, at + 1, 0] - scene.rays[row, at, 0]
+    z = np.full(n, (camera.cy - middle) / camera.fy) if camera.is_pinhole else scene.rays[row, at, 1]
+    x = lines.x + lines.slope * (z - lines.z) + offsets * per_px
+    floor = np.diag(np.full(n, (scene.search.floor_px / camera.fx) ** 2))
+    return Lines(lines.X, x, lines.slope, z, cov[:n, :n] * np.outer(per_px, per_px) + floor, lines.slope_var)
+
+
+def _ends(scene: Scene, mark: StripeMark, measured: Measured) -> Ends | None:
+    """Find the ends of the bars that are wide enough."""
+    from .heights import LEAST_WIDTH_PX, REACH, SIDE_PX, find_end
+    from .lines import undistorted
+    from .matching import fitted
+
+    half = 0.5 * (mark.height or 0.0)
+    lines, camera = measured.lines, scene.eye.camera
+    # How much an edge of unit response scatters on one row [px grey levels per pixel].
+    rows = np.maximum(measured.rows[:, 1] - measured.rows[:, 0], 1.0)
+    scatter = float(np.sqrt(np.median(np.diag(lines.cov) * rows * measured.strengths**2))) * camera.fx
+    scratch = np.empty(2 * (REACH + len(measured.taps)) + 3)
+    found = []
+    for k in range(len(measured.members) - 1):
+        member = measured.members[k]
+        if member % 2 or measured.members[k + 1] != member + 1:  # not the two sides of one bright bar
+            continue
+        slope = 0.5 * (measured.slopes[k] + measured.slopes[k + 1])
+        for which, sign in ((0, 1), (1, -1)):
+            row = 0.5 * (measured.rows[k, which] + measured.rows[k + 1, which]) - 0.5 * sign
+            left, right = measured.columns[k : k + 2] + measured.slopes[k : k + 2] * (row - measured.middle)
+            if right - left < LEAST_WIDTH_PX:
+                continue
+            end, strength, centre = find_end(scene.pixels, left, right, slope, row, sign, measured.taps, scratch)
+            if not np.isfinite(end) or strength < 0.4 * measured.strengths[k]:
+                continue
+            below = int(np.floor(end))
+            x, z = undistorted(scene.rays, centre, below)
+            x_next, z_next = undistorted(scene.rays, centre, below + 1)
+            x, z = x + (end - below) * (x_next - x), z + (end - below) * (z_next - z)
+            sd = np.hypot(scatter / strength / np.sqrt(right - left - 2 * SIDE_PX), END_FLOOR_PX) / camera.fy
+            # Which abscissa the middle of the window is, by the projectivity of the lines at this height.
+            a, b, c = fitted(lines.X, lines.x + lines.slope * (z - lines.z), len(lines.X))
+            found.append(((x - c) / (a - b * x), sign * half, x, z, sd**2))
+    return Ends(*np.array(found).T) if found else None

@@ -1,0 +1,320 @@
+"""The stages ``stripe-pose`` and ``write-mark-overlays``: events to arrays and back."""
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...formats.calibration import Calibration, read_calibration
+from ...formats.errors import ConfigError
+from ...formats.events import NO_ID, Array, Event, Image, Imu, JointState, MarkSighting, Notice, Summary
+from ...formats.images import DamagedImage, grey
+from ...formats.marks import read_marks
+from ...formats.png import write_png
+from ..geometry.camera import Camera
+from .attitude import Looking, expected, looking_of, robot_tilt
+from .method import find_marks
+from .overlay import Seen, draw_overlay
+from .paper import PaperSearch, find_marks_paper
+from .params import StripePoseParams, WriteMarkOverlaysParams
+from .scene import Bytes, Eye, Search
+from .verdict import Found
+from .world import robot_covariance, robot_pose
+
+NAME = "stripe-pose"
+LEAN = 0.02
+"""Lines that slope by more against what the camera's attitude lets expect: it is not what it is taken for."""
+SATURATED = 0.4
+"""Share of black and white pixels from which a row is badly exposed."""
+
+
+def stripe_pose(events: Iterator[Event], params: StripePoseParams) -> Iterator[Event]:
+    """Find stripe marks in images, and where the camera and the robot are: one record per mark, or one that says none.
+
+    Tilt and roll of the camera come from options, joints, an inertial unit or the mount, in this order, and from the
+    lines themselves. A damaged image is a loss and has no record.
+
+    Raises:
+        ConfigError: no marks, no calibration, one of another image size, or a camera that looks at the floor.
+        ValueError: an image of depths, or of an encoding that is not supported.
+    """
+    finder = _Finder(params)
+    for event in events:
+        yield event
+        if isinstance(event, Image):
+            yield from finder.look(event)
+        elif isinstance(event, Imu):
+            finder.imu = event
+        elif isinstance(event, JointState):
+            finder.joints = event
+        finder.last = max(finder.last, event.stamp)
+    yield from finder.end()
+
+
+class _Finder:
+    """One log: what was last heard of the camera's attitude, and what was seen."""
+
+    def __init__(self, params: StripePoseParams) -> None:
+        self.params = params
+        map_ = read_marks(params.marks)
+        self.frame_id = map_.frame_id
+        self.marks = {mark.id: mark for mark in map_.marks}
+        if params.mark is not None and params.mark not in self.marks:
+            known = ", ".join(map(str, sorted(self.marks)))
+            raise ConfigError(
+                f"{params.marks}: has no mark {params.mark}. It has {known}; name one of them with --mark."
+            )
+        if params.method == "paper" and all(len(mark.lines) < 4 for mark in map_.marks):
+            raise ConfigError(
+                f"{params.marks}: no mark has four lines, by whose cross ratio the paper tells marks. "
+                "Use --method best, or marks of four lines."
+            )
+        self.given = None if params.camera is None else read_calibration(params.camera)
+        self.search = _search_of(params)
+        self.imu: Imu | None = None
+        self.joints: JointState | None = None
+        self.last = 0
+        self.images = 0
+        self.statuses: Counter[str] = Counter()
+        self.by_mark: Counter[int] = Counter()
+        self.said: set[str] = set()
+        self.camera: tuple[Calibration, Camera] | None = None
+
+    def look(self, event: Image) -> Iterator[Event]:
+        """Find the marks of one image."""
+        try:
+            pixels = grey(event)
+        except DamagedImage as err:
+            message = f"{_topic(event)} holds {err}; it is skipped."
+            yield Notice(stamp=event.stamp, source=NAME, code="damaged-image", message=message, is_loss=True)
+            return
+        self.images += 1
+        eye, mount = self._eye(event, pixels)
+        yield from self._exposure(event, pixels, eye)
+        if self.params.method == "paper":
+            p = self.params
+            search = PaperSearch(p.gradient, p.cross_ratio_share, p.mean_rows, p.mark)
+            found = find_marks_paper(pixels, eye, list(self.marks.values()), search, p.tilt_model)
+        else:
+            found = find_marks(pixels, eye, list(self.marks.values()), self.search)
+        yield from self._warn(event, found, eye)
+        for item in found:
+            self.statuses[item.status] += 1
+            self.by_mark[item.mark] += item.status == "ok"
+            yield self._sighting(event.stamp, item, eye, mount)
+        if not found:
+            self.statuses["no_mark"] += 1
+            yield self._nothing(event.stamp, eye)
+
+    def end(self) -> Iterator[Event]:
+        """Sum up."""
+        if self.images == 0:
+            raise ConfigError(
+                f"{NAME}: there are no images in this log, or in this part of it. "
+                "Name their topic with --topic image=/NAME."
+            )
+        if not any(self.by_mark.values()):
+            n = f"{self.images} images" if self.images > 1 else "the image"
+            message = f"no mark of {self.params.marks} was recognised in {n}; --check-marks tells what marks need."
+            yield Notice(stamp=self.last, source=NAME, code="no-mark", message=message)
+        values = {
+            "images": self.images,
+            "sightings": dict(sorted(self.statuses.items())),
+            "marks": {str(mark): self.by_mark[mark] for mark in sorted(self.marks)},
+        }
+        yield Summary(stamp=self.last, source=NAME, values=values)
+
+    # ---- the camera -------------------------------------------------------------------------------------------
+
+    def _eye(self, event: Image, pixels: Bytes) -> tuple[Eye, Array]:
+        """Return the camera with what is known of its attitude, and its mount.
+
+        The mount is x, y, height, pan, tilt, roll of the camera on the robot [m, rad].
+        """
+        c = self.given or event.calibration
+        if c is None:
+            raise ConfigError(
+                f"{NAME}: there is no calibration for the images on {_topic(event)} (no CameraInfo in the log, "
+                "or one with focal length 0: the camera is not calibrated). Pass one with --camera FILE."
+            )
+        height, width = pixels.shape
+        if (c.width, c.height) != (width, height):
+            raise ConfigError(
+                f"{NAME}: the images on {_topic(event)} are {width}x{height} px, their calibration is for "
+                f"{c.width}x{c.height} px. Give the calibration of this camera and image size with --camera FILE."
+            )
+        if self.camera is None or self.camera[0] is not c:
+            try:
+                self.camera = (c, Camera(c.fx, c.fy, c.cx, c.cy, c.model, c.distortion))
+            except ValueError as err:
+                raise ConfigError(f"{NAME}: {err}. Calibrate the camera, or pass --camera FILE.") from err
+        looking = self._looking(event, level=False)
+        if max(abs(looking.tilt), abs(looking.roll)) > np.pi / 4:
+            raise ConfigError(
+                f"{NAME}: the camera is tilted by {np.degrees(looking.tilt):.1f} and rolled by "
+                f"{np.degrees(looking.roll):.1f} deg; beyond 45 deg it sees no upright marks. "
+                "Correct the mount, or give --tilt DEG and --roll DEG."
+            )
+        p = self.params
+        tilt_sd, roll_sd = (None if sd is None else float(np.radians(sd)) for sd in (p.tilt_sd_deg, p.roll_sd_deg))
+        levelling = "given" if p.method == "paper" or p.tilt_model == "paper" else p.levelling
+        attitude = expected(looking, levelling, tilt_sd, roll_sd)
+        logged = np.zeros(3) if event.mount is None else event.mount.translation
+        given = (p.mount_x_m, p.mount_y_m, p.mount_z_m)
+        place = [float(logged[i]) if value is None else value for i, value in enumerate(given)]
+        on_robot = self._looking(event, level=True)
+        mount = np.array([*place, looking.pan, on_robot.tilt, on_robot.roll])
+        return Eye(self.camera[1], width, height, attitude), mount
+
+    def _looking(self, event: Image, *, level: bool) -> Looking:
+        """Return pan, tilt and roll: options win over joints, joints over the inertial unit, that over the mount.
+
+        On a ``level`` robot the inertial unit has nothing to say.
+        """
+        p = self.params
+        age = round(p.attitude_age_s * 1e9)
+        imu = self.imu if self.imu is not None and event.stamp - self.imu.stamp <= age else None
+        tilted = None
+        if imu is not None and imu.orientation is not None and not level:
+            tilted = robot_tilt(imu.orientation, None if imu.mount is None else imu.mount.rotation)
+        looking = looking_of(None if event.mount is None else event.mount.rotation, tilted)
+        joints = self.joints if self.joints is not None and event.stamp - self.joints.stamp <= age else None
+        for name, key in ((p.tilt_joint, "tilt"), (p.pan_joint, "pan")):
+            if name is not None and joints is not None:
+                # The mount in the log is the head's at rest; its joints turn it from there.
+                turned: dict[str, Any] = {key: getattr(looking, key) + _position(joints, name)}
+                looking = replace(looking, **turned, known="measured")
+        stated = {"tilt": p.tilt_deg, "roll": p.roll_deg, "pan": p.pan_deg}
+        angles: dict[str, Any] = {key: float(np.radians(deg)) for key, deg in stated.items() if deg is not None}
+        if "tilt" in angles or "roll" in angles:
+            angles = {"tilt": 0.0, "roll": 0.0, **angles} if event.mount is None and tilted is None else angles
+            return replace(looking, **angles, known="stated")
+        return replace(looking, **angles)
+
+    # ---- what a person should know ----------------------------------------------------------------------------
+
+    def _exposure(self, event: Image, pixels: Bytes, eye: Eye) -> Iterator[Notice]:
+        row = pixels[min(max(round(eye.row), 0), len(pixels) - 1)]
+        share = float(np.mean((row == 0) | (row == 255)))
+        if share > SATURATED and "saturated" not in self.said:
+            self.said.add("saturated")
+            message = (
+                f"{100 * share:.0f} % of the middle row of an image on {_topic(event)} are black or white; edges "
+                "may be off by a common shift. Expose for the marks."
+            )
+            yield Notice(stamp=event.stamp, source=NAME, code="saturated", message=message)
+
+    def _warn(self, event: Image, found: list[Found], eye: Eye) -> Iterator[Notice]:
+        lean = max((item.lean for item in found if item.status == "ok"), default=0.0)
+        is_trusted = not (eye.attitude.tilt_sd > 0 and eye.attitude.roll_sd > 0)
+        known = self._looking(event, level=False).known
+        if lean > LEAN and (is_trusted or known == "not"):
+            what = "taken as given" if is_trusted else "not known, and found from the lines alone"
+            message = (
+                f"the lines of a mark lean by up to {100 * lean:.1f} % against those of a level camera, whose tilt and "
+                f"roll are {what}. Pass --tilt DEG and --roll DEG, or log them (imu, joints, tf_static)."
+            )
+            yield Notice(stamp=event.stamp, source=NAME, code="not-level", message=message)
+
+    # ---- events -----------------------------------------------------------------------------------------------
+
+    def _sighting(self, stamp: int, item: Found, eye: Eye, mount: Array) -> MarkSighting:
+        place = self.marks[item.mark].pose
+        leaning = item.attitude - mount[4:]
+        return MarkSighting(
+            stamp=stamp,
+            source=NAME,
+            frame_id=self.frame_id,
+            mark=item.mark,
+            status=item.status,
+            pose=item.pose,
+            cov=item.cov[:3, :3],
+            attitude=item.attitude,
+            robot=robot_pose(place, item.pose, mount, leaning),
+            robot_cov=robot_covariance(place, item.pose, mount, item.cov),
+            row=eye.row,
+            lines=item.lines,
+            members=item.members,
+        )
+
+    def _nothing(self, stamp: int, eye: Eye) -> MarkSighting:
+        nowhere, unknown = np.full(3, np.nan), np.full((3, 3), np.nan)
+        return MarkSighting(
+            stamp=stamp,
+            source=NAME,
+            frame_id=self.frame_id,
+            mark=NO_ID,
+            status="no_mark",
+            pose=nowhere,
+            cov=unknown,
+            attitude=np.array([eye.attitude.tilt, eye.attitude.roll]),
+            robot=nowhere,
+            robot_cov=unknown,
+            row=eye.row,
+            lines=np.empty((0, 5)),
+            members=np.empty(0, dtype=np.int64),
+        )
+
+
+def write_mark_overlays(events: Iterator[Event], params: WriteMarkOverlaysParams) -> Iterator[Event]:
+    """Write a picture per image with the marks that ``stripe-pose`` found in it."""
+    image: Image | None = None
+    seen: list[Seen] = []
+    n = 0
+
+    def draw() -> None:
+        if image is not None and seen and n % params.every == 0:
+            with suppress(DamagedImage):  # stripe-pose has said so
+                write_png(Path(params.path) / f"{image.stamp}.png", draw_overlay(grey(image), seen))
+
+    for event in events:
+        if isinstance(event, Image):
+            draw()
+            n += bool(seen)
+            image, seen = event, []
+        elif isinstance(event, MarkSighting) and event.source == NAME and image is not None:
+            name = "" if event.mark == NO_ID else str(event.mark)
+            seen.append(Seen(name, event.status, event.pose, event.lines, event.row))
+        yield event
+    draw()
+
+
+def _search_of(p: StripePoseParams) -> Search:
+    return Search(
+        row_step=p.row_step_px,
+        skips=p.skips,
+        tolerance_px=p.edge_px,
+        residual_px=p.residual_px,
+        residual_share=p.residual_share,
+        least_rows=p.least_rows,
+        least_gap_px=p.least_gap_px,
+        blend_px=p.blend_px,
+        floor_px=p.floor_px,
+        max_angle=float(np.radians(p.max_angle_deg)),
+        near=p.near_m,
+        far=p.far_m,
+        max_phi_sd=float(np.radians(p.max_phi_sd_deg)),
+        hidden=p.hidden,
+        given=p.mark,
+        is_leaning=p.tilt_model == "paper",
+    )
+
+
+def _position(joints: JointState, name: str) -> float:
+    """Return the position of a joint [rad]."""
+    if name not in joints.names:
+        raise ConfigError(
+            f"{NAME}: {joints.topic or 'the log'} has no joint {name!r}. It has {', '.join(joints.names) or 'none'}."
+        )
+    value = float(joints.positions[joints.names.index(name)])
+    if not np.isfinite(value):
+        raise ValueError(f"the position of joint {name!r} is not finite. Repair or cut the log there.")
+    return value
+
+
+def _topic(event: Image) -> str:
+    return event.topic or "this log"
