@@ -3,7 +3,7 @@
 # make check    format, lint, types, tests, wheel
 # make tables   the tables of the papers, beside ours
 # make bench    speed and accuracy against floors and peers
-# make picture  the picture of README, after make tables
+# make picture  the pictures of README and docs, after make tables
 # make samples  the sample logs, anew
 # make oldest   the tests with the oldest versions of all dependencies
 # make reference  docs/stages.md from the code
@@ -62,6 +62,7 @@ check: lint types test wheel
 
 tables: $(READY)
 	$(BIN)/python papers/ceiling/make_tables.py
+	$(BIN)/python papers/stripe/make_tables.py
 
 bench: $(READY)
 	$(BIN)/python benchmarks/detector_accuracy.py
@@ -70,10 +71,12 @@ bench: $(READY)
 	$(BIN)/python benchmarks/smoother_speed.py
 	$(BIN)/python benchmarks/job_speed.py
 	test -z "$$LOGPOSE_DATA" || $(BIN)/python benchmarks/mrclam.py
+	test -z "$$LOGPOSE_DATA" || $(BIN)/python benchmarks/checkerboards.py
 
 picture: $(READY)
 	$(BIN)/logpose run papers/ceiling/headline.yaml papers/ceiling/runs/drive1.mcap -q -o papers/ceiling/runs/headline
 	cp papers/ceiling/runs/headline/ceiling.png docs/ceiling.png
+	cp papers/stripe/runs/stripe.png docs/stripe.png
 
 # The lower bounds of the dependencies, OpenCV 4 among them; `make test` has the newest.
 oldest:
