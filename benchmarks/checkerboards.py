@@ -129,7 +129,17 @@ def read_lines(board: Board, camera: Camera) -> Lines:
             first, last = int(np.ceil(upper[1])) + CORNER_ROWS, int(np.floor(lower[1])) - CORNER_ROWS
             middle = (first + last) // 2
             column = np.interp(middle, [upper[1], lower[1]], [upper[0], lower[0]])
-            follow(board.pixels, middle, np.array([column]), np.array([0]), taps, LEAST_RESPONSE, one, one_size)
+            follow(
+                board.pixels,
+                middle,
+                len(board.pixels),
+                np.array([column]),
+                np.array([0]),
+                taps,
+                LEAST_RESPONSE,
+                one,
+                one_size,
+            )
             found[j, first : last + 1], size[j, first : last + 1] = (
                 one[0, first : last + 1],
                 one_size[0, first : last + 1],

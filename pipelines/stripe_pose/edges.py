@@ -20,10 +20,11 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from ..engine.compiled import F64_1D, F64_1D_IN, F64_2D, I64_1D_IN, U8_2D, compiled, floats
+from ..engine.compiled import F32_1D, F64_1D, F64_1D_IN, F64_2D, I64_1D_IN, U8_2D, compiled, floats
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
+Floats = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int64]
 
 
@@ -53,15 +54,16 @@ def filter_taps(sigma: float = SIGMA_PX) -> Array:
     return np.asarray(taps)
 
 
-@compiled(types.void(U8_2D, types.int64, F64_1D_IN, F64_1D, F64_1D), any_order=True)
-def respond(pixels: Bytes, row: int, taps: Array, grey: Array, response: Array) -> None:
+@compiled(types.void(U8_2D, types.int64, F64_1D_IN, F32_1D, F32_1D), any_order=True)
+def respond(pixels: Bytes, row: int, taps: Array, grey: Floats, response: Floats) -> None:
     """Filter one row into ``response`` (W,) [grey levels per pixel]; its ends, which the filter does not fit, are 0."""
     width = pixels.shape[1]
     for u in range(width):
         grey[u] = pixels[row, u]
     response[:N_TAPS] = 0.0
     response[width - N_TAPS :] = 0.0
-    a, b, c, d, e = taps[0], taps[1], taps[2], taps[3], taps[4]
+    a, b, c = np.float32(taps[0]), np.float32(taps[1]), np.float32(taps[2])
+    d, e = np.float32(taps[3]), np.float32(taps[4])
     for u in range(N_TAPS, width - N_TAPS):
         response[u] = (
             a * (grey[u + 1] - grey[u - 1])
@@ -83,8 +85,8 @@ def peak(before: float, here: float, after: float) -> float:
     return 0.5 * (a - c) / curvature if curvature < 0.0 else 0.0
 
 
-@compiled(types.int64(F64_1D, types.float64, F64_1D, F64_1D))
-def extrema(response: Array, threshold: float, columns: Array, strengths: Array) -> int:
+@compiled(types.int64(F32_1D, types.float64, F64_1D, F64_1D))
+def extrema(response: Floats, threshold: float, columns: Array, strengths: Array) -> int:
     """List the extrema of a row's response beyond a threshold, left to right.
 
     Args:
@@ -96,14 +98,14 @@ def extrema(response: Array, threshold: float, columns: Array, strengths: Array)
     Returns:
         How many there are.
     """
-    n = 0
+    n, least = 0, np.float32(threshold)
     for u in range(1, response.size - 1):
-        here = response[u]
-        size = abs(here)
-        if size < threshold or n == columns.size:
+        if abs(response[u]) < least or n == columns.size:
             continue
+        here = float(response[u])
+        size = abs(here)
         sign = 1.0 if here > 0.0 else -1.0
-        before, after = sign * response[u - 1], sign * response[u + 1]
+        before, after = sign * float(response[u - 1]), sign * float(response[u + 1])
         if size >= before and size > after:
             columns[n] = u + peak(before, size, after)
             strengths[n] = here
@@ -155,15 +157,17 @@ def edge_near(pixels: Bytes, row: int, column: float, polarity: int, taps: Array
     return at + peak(before, best, after), best
 
 
-@compiled(types.void(U8_2D, types.int64, F64_1D_IN, I64_1D_IN, F64_1D_IN, types.float64, F64_2D, F64_2D))
+@compiled(types.void(U8_2D, types.int64, types.int64, F64_1D_IN, I64_1D_IN, F64_1D_IN, types.float64, F64_2D, F64_2D))
 def follow(
-    pixels: Bytes, start: int, columns: Array, polarity: Ints, taps: Array, threshold: float, found: Array, size: Array
-) -> None:
+    pixels: Bytes, start: int, reach: int, columns: Array, polarity: Ints, taps: Array, threshold: float,
+    found: Array, size: Array,
+) -> None:  # fmt: skip
     """Follow the edges of a mark from one row to all that it crosses.
 
     Args:
         pixels: (H, W) image.
         start: row on which the edges were found.
+        reach: no further than so many rows above and below it.
         columns: (m,) where [px]; nan for an edge that was not.
         polarity: (m,) of each, see ``edge_near``.
         taps: of the filter.
@@ -183,7 +187,7 @@ def follow(
         for step in (-1, 1):
             at, slope, usual, lost = first, 0.0, response, 0
             since, row = 1, start + step
-            while 0 <= row < pixels.shape[0] and lost < LOST_ROWS:
+            while 0 <= row < pixels.shape[0] and lost < LOST_ROWS and abs(row - start) <= reach:
                 expected = at + step * slope * since
                 column, response = edge_near(pixels, row, expected, polarity[i], taps)
                 if not np.isfinite(column) or response < threshold or response < WEAKEST * usual:

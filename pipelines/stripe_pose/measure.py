@@ -11,13 +11,15 @@ from .solve import Ends, Lines
 
 Ints = npt.NDArray[np.int64]
 
+WHOLE, GLANCE = 1 << 20, 12
+"""Rows that edges are followed up and down: all of them, or a few."""
 SAME_PX = 2.0
 """A proposal whose edges are nearer than this to lines that were followed is about the same thing [px]."""
 BLENDED_PX = 0.1
 """Error of an edge whose neighbour is too near and could not be taken apart from it [px]."""
 ROUNDED_ROWS = 2
 """Rows at either end of a mark where blur mixes in what is above and below it."""
-END_FLOOR_PX = 0.01
+END_FLOOR_PX = 0.005
 """Part of the error of a bar's end that does not average out: ends are cut less straight than sides [px]."""
 
 
@@ -55,6 +57,10 @@ class Measured:
     taps: Array
     is_blended: bool
 
+    def ends_within(self, row: int, reach: int) -> bool:
+        """Tell whether all edges ended nearer to a row than they were followed: there is no more of them."""
+        return bool(np.all(self.rows[:, 0] > row - reach) and np.all(self.rows[:, 1] < row + reach))
+
     def contain(self, rows: Ints, columns: Array) -> npt.NDArray[np.bool_]:
         """Tell of proposals whether their edges are those that were followed here.
 
@@ -66,7 +72,7 @@ class Measured:
         return np.asarray(2 * near.sum(axis=1) >= np.isfinite(columns).sum(axis=1))
 
 
-def measure(scene: Scene, mark: StripeMark, row: int, columns: Array) -> Measured:
+def measure(scene: Scene, mark: StripeMark, row: int, columns: Array, *, reach: int = WHOLE) -> Measured:
     """Follow the edges of a proposal over all rows that cross the mark, and fit their lines.
 
     Args:
@@ -74,6 +80,7 @@ def measure(scene: Scene, mark: StripeMark, row: int, columns: Array) -> Measure
         mark: whose edges they would be.
         row: of the proposal.
         columns: (m,) of the edges there [px], nan for what is hidden.
+        reach: follow them no further than so many rows: enough to see what is no mark, in a fraction of the time.
     """
     from .edges import WIDE_GAP_PX, WIDE_SIGMA_PX, filter_taps, follow
     from .lines import FIRST, LAST, N_COLUMNS, ROWS, SLOPE, STRENGTH, VAR_SLOPE, VAR_X, X, Z, fit_lines, misfit
@@ -86,7 +93,7 @@ def measure(scene: Scene, mark: StripeMark, row: int, columns: Array) -> Measure
     # What hides a part of a mark may end anywhere, also near one of its edges.
     is_wide = len(seen) == m and float(np.min(np.diff(seen))) >= WIDE_GAP_PX
     taps = filter_taps(WIDE_SIGMA_PX) if is_wide else scene.taps
-    follow(scene.pixels, row, columns, polarity, taps, threshold, found, size)
+    follow(scene.pixels, row, reach, columns, polarity, taps, threshold, found, size)
     table = np.empty((m, N_COLUMNS))
     floor = scene.search.floor_px / scene.eye.camera.fx
     fit_lines(found, size, scene.rays, scene.search.least_rows, floor, table)
@@ -167,36 +174,17 @@ def _separated(scene: Scene, mark: StripeMark, measured: Measured) -> Lines:
 
 def _ends(scene: Scene, mark: StripeMark, measured: Measured) -> Ends | None:
     """Find the ends of the bars that are wide enough."""
-    from .heights import LEAST_WIDTH_PX, REACH, SIDE_PX, find_end
-    from .lines import undistorted
-    from .matching import fitted
+    from .heights import find_ends
 
+    lines, camera, n = measured.lines, scene.eye.camera, len(measured.members)
+    table, ends = np.empty((n, 8)), np.empty((2 * n, 5))
+    parts = (lines.X, lines.x, lines.slope, lines.z, measured.columns, measured.slopes, measured.strengths)
+    for column, part in enumerate((*parts, np.diag(lines.cov))):
+        table[:, column] = part
+    about = (camera.fx, camera.fy, END_FLOOR_PX)
     half = 0.5 * (mark.height or 0.0)
-    lines, camera = measured.lines, scene.eye.camera
-    # How much an edge of unit response scatters on one row [px grey levels per pixel].
-    rows = np.maximum(measured.rows[:, 1] - measured.rows[:, 0], 1.0)
-    scatter = float(np.sqrt(np.median(np.diag(lines.cov) * rows * measured.strengths**2))) * camera.fx
-    scratch = np.empty(2 * (REACH + len(measured.taps)) + 3)
-    found = []
-    for k in range(len(measured.members) - 1):
-        member = measured.members[k]
-        if member % 2 or measured.members[k + 1] != member + 1:  # not the two sides of one bright bar
-            continue
-        slope = 0.5 * (measured.slopes[k] + measured.slopes[k + 1])
-        for which, sign in ((0, 1), (1, -1)):
-            row = 0.5 * (measured.rows[k, which] + measured.rows[k + 1, which]) - 0.5 * sign
-            left, right = measured.columns[k : k + 2] + measured.slopes[k : k + 2] * (row - measured.middle)
-            if right - left < LEAST_WIDTH_PX:
-                continue
-            end, strength, centre = find_end(scene.pixels, left, right, slope, row, sign, measured.taps, scratch)
-            if not np.isfinite(end) or strength < 0.4 * measured.strengths[k]:
-                continue
-            below = int(np.floor(end))
-            x, z = undistorted(scene.rays, centre, below)
-            x_next, z_next = undistorted(scene.rays, centre, below + 1)
-            x, z = x + (end - below) * (x_next - x), z + (end - below) * (z_next - z)
-            sd = np.hypot(scatter / strength / np.sqrt(right - left - 2 * SIDE_PX), END_FLOOR_PX) / camera.fy
-            # Which abscissa the middle of the window is, by the projectivity of the lines at this height.
-            a, b, c = fitted(lines.X, lines.x + lines.slope * (z - lines.z), len(lines.X))
-            found.append(((x - c) / (a - b * x), sign * half, x, z, sd**2))
-    return Ends(*np.array(found).T) if found else None
+    count = find_ends(
+        scene.pixels, scene.rays, measured.members, table, measured.rows, float(measured.middle), half, about,
+        measured.taps, ends,
+    )  # fmt: skip
+    return Ends(*np.ascontiguousarray(ends[:count].T)) if count else None

@@ -13,13 +13,17 @@ Whatever is still without an explanation is tried as a part of a mark, and as a 
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from ...formats.products import StripeMark
-from .measure import measure
+from .measure import GLANCE, Measured, measure
 from .scene import Array, Bytes, Eye, Scene, Search, edges_of
-from .verdict import Found, disputed, judge, mirrored
+from .verdict import Found, disputed, fits, judge, mirrored
+
+Ints = npt.NDArray[np.int64]
 
 FEWEST_OF_PART = 6
 """A hidden mark shows at least so many edges: three fix the pose, three tell that it is this mark."""
@@ -27,7 +31,9 @@ FEWEST_OF_PART = 6
 
 MOST_FAILURES = 4
 """After so many proposals that were not the mark it is taken to be elsewhere."""
-UNCERTAIN_PX = 0.1
+LIKELY_PX = 0.15
+"""A row that fits so well is most likely of the mark [px]."""
+UNCERTAIN_PX = 0.05
 """Errors of a single row that differ by less may belong to one mark [px]."""
 
 
@@ -76,13 +82,22 @@ def _explain(
     failures = np.zeros(len(marks), int)
     best = np.full(len(marks), np.inf)
     is_open = np.ones(len(table), dtype=bool)
+    likely = LIKELY_PX / scene.eye.camera.fx
     for i in range(len(table)):
         k = index[i]
         # A mark hangs in one place: once found, only what fits about as well may dispute that.
         if not is_open[i] or failures[k] == MOST_FAILURES or errors[i] > 2.0 * best[k]:
             continue
         m = len(edges_of(marks[k])[0])
-        measured = measure(scene, marks[k], rows[i], columns[i, :m])
+        # What is too fine to be certain disputes nothing that is found.
+        if best[k] < np.inf and np.min(np.diff(columns[i, :m])) < scene.search.least_gap_px:
+            continue
+        measured = _looked_at(
+            scene, marks[k], rows[i], columns[i, :m], is_likely=errors[i] < likely and best[k] == np.inf
+        )
+        if measured is None:
+            failures[k] += 1
+            continue
         item = judge(measured, marks[k], scene)
         if item is None:
             failures[k] += 1
@@ -94,6 +109,17 @@ def _explain(
     return found
 
 
+def _looked_at(scene: Scene, mark: StripeMark, row: int, columns: Array, *, is_likely: bool) -> Measured | None:
+    """Return what is measured from a proposal on; None if a glance at some rows shows that it is something else."""
+    if not is_likely:
+        glance = measure(scene, mark, row, columns, reach=GLANCE)
+        if not fits(glance, mark, scene):
+            return None
+        if glance.ends_within(row, GLANCE):
+            return glance
+    return measure(scene, mark, row, columns)
+
+
 def _missing(marks: Sequence[StripeMark], found: Sequence[Found]) -> list[StripeMark]:
     seen = {item.mark for item in found if item.status != "poor_geometry"}
     return [mark for mark in marks if mark.id not in seen]
@@ -103,12 +129,8 @@ def _proposals(scene: Scene, marks: Sequence[StripeMark], how: tuple[int, int], 
     """Return what the searched rows propose (n, 4 + edges), those with most edges and then least error first."""
     from .proposals import COLUMNS, ERROR, MEMBERS, MOST, propose
 
-    edges = [edges_of(mark) for mark in marks]
-    sizes = [len(X) for X, _ in edges]
-    X = np.concatenate([X for X, _ in edges])
-    polarity = np.concatenate([polarity for _, polarity in edges])
-    starts = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    table = np.empty((MOST, COLUMNS + max(sizes)))
+    X, polarity, starts = _packed(tuple(marks))
+    table = np.empty((MOST, COLUMNS + int(np.max(np.diff(starts)))))
     s = scene.search
     gates = np.array([s.max_angle, s.near, s.far])
     rows = (rows_from[0], scene.eye.height, rows_from[1])
@@ -120,6 +142,16 @@ def _proposals(scene: Scene, marks: Sequence[StripeMark], how: tuple[int, int], 
     return table[np.lexsort((table[:, ERROR], -table[:, MEMBERS]))]
 
 
+@lru_cache(maxsize=64)
+def _packed(marks: tuple[StripeMark, ...]) -> tuple[Array, Ints, Ints]:
+    """Return the edges of all marks behind one another: abscissae [m], polarities, and where each mark begins."""
+    edges = [edges_of(mark) for mark in marks]
+    X = np.concatenate([X for X, _ in edges])
+    polarity = np.concatenate([polarity for _, polarity in edges])
+    return X, polarity, np.cumsum([0, *(len(X) for X, _ in edges)])
+
+
+@lru_cache(maxsize=1024)
 def _reflected(mark: StripeMark) -> StripeMark:
     """Return the mark as a mirror shows it."""
     edges = -mark.edges[::-1]

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from numba import types
 
 from ..engine.compiled import F64_1D, F64_1D_IN, F64_2D, F64_2D_IN, compiled
+from .matching import fitted
 
 Array = npt.NDArray[np.float64]
 
@@ -98,30 +99,63 @@ def end_model(values: Array, X: Array, half: Array, height: Array) -> None:
             height[i, 1 + j] = (dz - z * dy) / y
 
 
+@compiled(types.boolean(F64_2D_IN, F64_2D_IN, types.float64, types.float64, F64_1D))
+def begin(lines: Array, ends: Array, tilt: float, roll: float, values: Array) -> bool:
+    """Start from the closed form of ``pose.py`` on the levelled lines; False where they fix no pose.
+
+    Args:
+        lines: as for ``descend``.
+        ends: likewise.
+        tilt: of the camera [rad].
+        roll: likewise.
+        values: (5,), or (6,) with ends, filled.
+    """
+    n, k = lines.shape[0], ends.shape[0]
+    Q, by_tilt, by_roll = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    turn(tilt, roll, Q, by_tilt, by_roll)
+    X, u = np.empty(n), np.empty(n)
+    for i in range(n):
+        x, z = lines[i, 1], lines[i, 3]
+        X[i] = lines[i, 0]
+        u[i] = (Q[0, 0] * x + Q[1, 0] + Q[2, 0] * z) / (Q[0, 1] * x + Q[1, 1] + Q[2, 1] * z)
+    a, b, c = fitted(X, u, n)
+    size = math.hypot(a, b)
+    if not (size > 0.0 and np.isfinite(size) and np.isfinite(c)):
+        return False
+    values[PHI], values[DX], values[DY] = math.atan2(b, a), c / size, 1.0 / size
+    values[TILT], values[ROLL] = tilt, roll
+    if k > 0:
+        values[DZ] = 0.0
+        for i in range(k):
+            x, z = ends[i, 2], ends[i, 3]
+            rise = (Q[0, 2] * x + Q[1, 2] + Q[2, 2] * z) / (Q[0, 1] * x + Q[1, 1] + Q[2, 1] * z)
+            ahead = math.sin(values[PHI]) * ends[i, 0] + values[DY]
+            values[DZ] += (rise * ahead - ends[i, 1]) / k
+    return True
+
+
 @compiled(
-    types.int64(
-        F64_1D, F64_2D_IN, F64_2D_IN, F64_2D_IN, F64_1D_IN, types.int64, F64_2D,
-        F64_1D
-    )
+    types.boolean(F64_1D, F64_2D_IN, F64_2D_IN, F64_2D_IN, F64_1D_IN, types.int64, F64_2D, F64_1D, F64_1D)
 )  # fmt: skip
-def descend(  # noqa: C901, PLR0912  # sums, written out for speed
-    values: Array, lines: Array, ends: Array, weight: Array, attitude: Array, iterations: int, normal: Array, chi2:
-    Array
-) -> int:  # fmt: skip
+def descend(  # noqa: C901, PLR0912, PLR0915  # sums, written out for speed
+    values: Array, lines: Array, ends: Array, cov: Array, attitude: Array, iterations: int, result: Array,
+    residual: Array, chi2: Array,
+) -> bool:  # fmt: skip
     """Find the values of maximum likelihood by Gauss-Newton.
 
     Args:
         values: (5,), or (6,) with ends; the start, and filled with the result.
         lines: (n, 5) X [m], x [1], slope [1], z [1], variance of the slope [1].
         ends: (k, 5) X [m], half [m], x, z [1], variance of z [1]; k may be 0.
-        weight: (n, n) inverse covariance of the places.
+        cov: (n, n) covariance of the places.
         attitude: (4,) tilt, roll, their standard deviations [rad]; 0 is exact, infinite is nothing known.
         iterations: the most steps.
-        normal: (N, N) filled with the inverse covariance of the values; rows of those that are exact are those of 1.
+        result: (N, N) filled with the covariance of the values, 0 of those that are exact.
+        residual: (n,) filled with the residuals of the places, measured minus model [1].
         chi2: (1,) filled with the sum of the squared normalised residuals.
 
     Returns:
-        Steps taken; 0 if the lines fix no pose.
+        Whether the lines fix a pose.
     """
     n, N = lines.shape[0], values.size
     X, z = np.ascontiguousarray(lines[:, 0]), np.ascontiguousarray(lines[:, 3])
@@ -129,8 +163,10 @@ def descend(  # noqa: C901, PLR0912  # sums, written out for speed
     k = ends.shape[0]
     X_end, half = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
     height = np.empty((k, 7))
-    right, residual, weighed = np.empty(N), np.empty(n), np.empty((n, 6))
-    for step_number in range(1, iterations + 2):
+    right, weighed = np.empty(N), np.empty((n, 6))
+    weight = np.linalg.inv(cov)
+    normal, scaled, scaled_right = np.empty((N, N)), np.empty((N, N)), np.empty(N)
+    for step_number in range(iterations + 1):
         line_model(values, X, z, place, slope)
         normal[:, :] = 0.0
         right[:] = 0.0
@@ -170,24 +206,28 @@ def descend(  # noqa: C901, PLR0912  # sums, written out for speed
                 chi2[0] += r * r
                 normal[TILT + j, TILT + j] += 1.0 / (sd * sd)
                 right[TILT + j] += r / sd
-        if step_number > iterations:
-            return iterations
-        largest = 0.0
-        scaled, scaled_right = np.empty((N, N)), np.empty(N)
         for a in range(N):
             if not normal[a, a] > 0.0:
-                return 0
+                return False
         for a in range(N):
             scaled_right[a] = right[a] / math.sqrt(normal[a, a])
             for b in range(N):
                 scaled[a, b] = normal[a, b] / math.sqrt(normal[a, a] * normal[b, b])
-        step = np.linalg.solve(scaled, scaled_right)
+        step, largest = np.linalg.solve(scaled, scaled_right), 0.0
         for a in range(N):
             if not np.isfinite(step[a]):
-                return 0
+                return False
             largest = max(largest, abs(step[a]))
+        # Steps are in units of standard deviations: a thousandth of one is not worth another.
+        if largest < 1e-3 or step_number == iterations:
+            break
+        for a in range(N):
             values[a] += step[a] / math.sqrt(normal[a, a])
-        # Steps are in units of standard deviations; the last evaluation is at most a thousandth of one away.
-        if largest < 1e-3:
-            return step_number
-    return iterations
+    inverse = np.linalg.inv(scaled)
+    for a in range(N):
+        for b in range(N):
+            result[a, b] = inverse[a, b] / math.sqrt(normal[a, a] * normal[b, b])
+    for j in range(2):
+        if attitude[2 + j] == 0.0:
+            result[TILT + j, :], result[:, TILT + j] = 0.0, 0.0
+    return True

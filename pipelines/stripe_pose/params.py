@@ -53,7 +53,7 @@ class StripePoseParams(Params):
     blend_px: float = Field(
         7.0, ge=0, description="nearer edges are fitted as a whole; larger is slower and a fifth more exact [px]"
     )
-    floor_px: float = Field(0.003, ge=0, description="part of a line's error that no image shows [px]")
+    floor_px: float = Field(0.002, ge=0, description="part of a line's error that no image shows [px]")
     max_phi_sd_deg: float = Field(10.0, gt=0, description="a less certain angle is poor geometry [deg]")
     max_angle_deg: float = Field(80.0, gt=0, lt=90, description="largest angle between camera and mark [deg]")
     near_m: float = Field(0.05, gt=0, description="least distance of a mark [m]")

@@ -30,7 +30,7 @@ FAINTEST = 0.027
 def noise_level(pixels: Bytes, taps: Array) -> float:
     """Return the standard deviation of the response where there are no edges, from the median of 8 rows."""
     height, width = pixels.shape
-    grey, response = np.empty(width), np.empty(width)
+    grey, response = np.empty(width, np.float32), np.empty(width, np.float32)
     n_rows = min(8, height)
     sample = np.empty(n_rows * (width // 6 + 1))
     n = 0
@@ -72,7 +72,7 @@ def propose(  # noqa: C901, PLR0912  # a loop over rows and marks
         Number of proposals.
     """
     width = pixels.shape[1]
-    grey, response = np.empty(width), np.empty(width)
+    grey, response = np.empty(width, np.float32), np.empty(width, np.float32)
     columns, strengths, u = np.empty(MAX_EDGES), np.empty(MAX_EDGES), np.empty(MAX_EDGES)
     longest = 0
     for k in range(starts.size - 1):

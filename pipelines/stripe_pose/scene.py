@@ -66,7 +66,7 @@ class Search:
     least_rows: int = 5
     least_gap_px: float = 2.5
     blend_px: float = 7.0
-    floor_px: float = 0.003
+    floor_px: float = 0.002
     max_angle: float = np.radians(80.0)
     near: float = 0.05
     far: float = 50.0

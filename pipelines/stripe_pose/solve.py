@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .levelling import levelling_matrix
-from .pose import Array, pose_of
+from .pose import Array
 
 PHI, DX, DY, TILT, ROLL, DZ = range(6)
 
@@ -105,36 +104,35 @@ def solve(lines: Lines, attitude: Attitude, ends: Ends | None = None, *, iterati
     Raises:
         ValueError: fewer than three lines, or lines that fix no pose.
     """
-    from .model import descend, line_model
+    from .model import begin, descend
 
-    values = _start(lines, attitude, ends)
-    N = len(values)
-    normal, chi2 = np.empty((N, N)), np.empty(1)
-    table = np.empty((len(lines.X), 5))
+    n, N = len(lines.X), 5 if ends is None else 6
+    if n < 3:
+        raise ValueError(f"{n} lines; a pose needs at least three")
     # Where tilt and roll are known exactly, slopes tell nothing more; where they are not what they are said to be,
     # slopes must not bend the pose.
     is_exact = attitude.tilt_sd == 0.0 and attitude.roll_sd == 0.0
-    slope_var = np.full(len(lines.X), np.inf) if is_exact else lines.slope_var
+    table, end_table = np.empty((n, 5)), np.empty((0 if ends is None else len(ends.X), 5))
+    slope_var = np.inf if is_exact else lines.slope_var
     for column, part in enumerate((lines.X, lines.x, lines.slope, lines.z, slope_var)):
         table[:, column] = part
-    end_table = np.empty((0, 5)) if ends is None else np.column_stack([ends.X, ends.half, ends.x, ends.z, ends.var])
+    if ends is not None:
+        for column, part in enumerate((ends.X, ends.half, ends.x, ends.z, ends.var)):
+            end_table[:, column] = part
     known = np.array([attitude.tilt, attitude.roll, attitude.tilt_sd, attitude.roll_sd])
-    if (
-        descend(
-            values, table, end_table, np.asarray(np.linalg.inv(lines.cov), np.float64), known, iterations, normal, chi2
-        )
-        == 0
+    tilt, roll = attitude.tilt, attitude.roll
+    if np.isinf(attitude.tilt_sd) or np.isinf(attitude.roll_sd):
+        tilt, roll = lines_attitude(lines)
+    values, cov, residuals, chi2 = np.empty(N), np.empty((N, N)), np.empty(n), np.empty(1)
+    if not (
+        begin(table, end_table, tilt, roll, values)
+        and descend(values, table, end_table, lines.cov, known, iterations, cov, residuals, chi2)
     ):
         raise ValueError("the lines fix no pose")
-    scale = np.sqrt(np.diag(normal))
-    cov = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
-    exact = np.flatnonzero(known[2:] == 0.0) + TILT
-    cov[exact, :], cov[:, exact] = 0.0, 0.0
-    place, slope = np.empty((len(lines.X), 6)), np.empty((len(lines.X), 6))
-    line_model(values, lines.X, lines.z, place, slope)
-    n_known = int(np.sum(np.isfinite(known[2:]) & (known[2:] > 0)))
-    dof = (1 if is_exact else 2) * len(table) + len(end_table) + n_known - (N - len(exact))
-    return Solution(values, cov, lines.x - place[:, 0], float(chi2[0]), dof)
+    n_exact = int(np.sum(known[2:] == 0.0))
+    n_known = int(np.sum(np.isfinite(known[2:]))) - n_exact
+    dof = (1 if is_exact else 2) * n + len(end_table) + n_known - (N - n_exact)
+    return Solution(values, cov, residuals, float(chi2[0]), dof)
 
 
 def lines_attitude(lines: Lines) -> tuple[float, float]:
@@ -147,24 +145,3 @@ def lines_attitude(lines: Lines) -> tuple[float, float]:
     vertical = np.linalg.svd(normals / np.sqrt(lines.slope_var)[:, None])[2][2]
     vertical = vertical if vertical[2] > 0 else -vertical
     return float(np.arcsin(np.clip(vertical[1], -1.0, 1.0))), float(np.arctan2(-vertical[0], vertical[2]))
-
-
-def _start(lines: Lines, attitude: Attitude, ends: Ends | None) -> Array:
-    from .matching import fitted
-
-    if len(lines.X) < 3:
-        raise ValueError(f"{len(lines.X)} lines; a pose needs at least three")
-    tilt, roll = attitude.tilt, attitude.roll
-    if np.isinf(attitude.tilt_sd) or np.isinf(attitude.roll_sd):
-        tilt, roll = lines_attitude(lines)
-    Q = levelling_matrix(tilt, roll)
-    u = (Q[0, 0] * lines.x + Q[1, 0] + Q[2, 0] * lines.z) / (Q[0, 1] * lines.x + Q[1, 1] + Q[2, 1] * lines.z)
-    pose = pose_of(np.array(fitted(lines.X, u, len(u))))
-    if not np.all(np.isfinite(pose)):
-        raise ValueError("the lines fix no pose")
-    values = np.array([*pose, tilt, roll])
-    if ends is None:
-        return values
-    level = np.stack([ends.x, np.ones_like(ends.x), ends.z], axis=1) @ Q
-    ahead = np.sin(pose[0]) * ends.X + pose[2]
-    return np.append(values, np.mean(level[:, 2] / level[:, 1] * ahead - ends.half))

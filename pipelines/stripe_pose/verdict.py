@@ -27,6 +27,8 @@ BLENDED_PX = 0.25
 """Neighbours that blend may be off by so much before they are taken apart [px]."""
 SURE = np.radians(1.0)
 """A pose whose angle is as certain as this is far from degenerate [rad]."""
+LIKELY = 2.0
+"""A mean square below this needs no second look."""
 END_CHI2 = 9.0
 """Ends that raise the mean square beyond this are not those of the bars."""
 
@@ -72,27 +74,34 @@ class Found:
         return bool(np.all(mine[:, 0] < others[:, 1]) and np.all(others[:, 0] < mine[:, 1]))
 
 
+def fits(measured: Measured, mark: StripeMark, scene: Scene) -> bool:
+    """Tell whether lines may be the mark's before neighbours are taken apart; those that blend may be further off."""
+    return measured.misfit_px <= _tolerance(measured, mark, scene) + BLENDED_PX * measured.is_blended
+
+
+def _tolerance(measured: Measured, mark: StripeMark, scene: Scene) -> float:
+    """Return how far the lines of a mark, or of a part of it, may be off, root mean square [px]."""
+    if len(measured.members) < len(edges_of(mark)[0]):
+        return min(PART_PX, PART_SHARE * measured.gap_px)
+    return min(scene.search.residual_px, scene.search.residual_share * measured.gap_px)
+
+
 def judge(measured: Measured, mark: StripeMark, scene: Scene) -> Found | None:
     """Return the mark with its pose and status, or None if what was measured is something else."""
     n, search, camera = len(measured.members), scene.search, scene.eye.camera
-    is_whole = n == len(edges_of(mark)[0])
-    tolerance = min(search.residual_px, search.residual_share * measured.gap_px)
-    if not is_whole:
-        tolerance = min(PART_PX, PART_SHARE * measured.gap_px)
-    if not is_whole and not is_enough(measured, mark, scene):
+    if n < 3 or not (n == len(edges_of(mark)[0]) or is_enough(measured, mark, scene)):
         return None
-    # Edges that blend are off by as much again, and in no relation to the mark.
-    if n < 3 or not is_uniform(measured) or measured.misfit_px > tolerance + BLENDED_PX * measured.is_blended:
+    if not is_uniform(measured) or not fits(measured, mark, scene):
         return None
+    tolerance = _tolerance(measured, mark, scene)
     measured = sharpen(measured, mark, scene)
     try:
-        solution = solve(measured.lines, scene.eye.attitude)
+        solution = _solved(measured, scene)
     except (ValueError, np.linalg.LinAlgError):
         return None
     error_px = float(np.sqrt(np.mean(solution.residuals**2))) * camera.fx
     if not np.all(np.isfinite(solution.values)) or error_px > tolerance:
         return None
-    solution = _with_ends(measured, scene, solution)
     pose = solution.values[:3]
     if not (is_ahead(pose, edges_of(mark)[0]) and plane_distance(pose) > 0 and search.near <= pose[2] <= search.far):
         return None
@@ -147,17 +156,16 @@ def mirrored(found: Sequence[Found]) -> list[Found]:
     ]
 
 
-def _with_ends(measured: Measured, scene: Scene, solution: Solution) -> Solution:
-    """Return the solution that the ends of the bars improve, if they fit."""
-    if measured.ends is None:
-        return solution
-    try:
-        better = solve(measured.lines, scene.eye.attitude, measured.ends)
-    except (ValueError, np.linalg.LinAlgError):
-        return solution
-    more = len(measured.ends.X) - 1
-    fits = more > 0 and better.chi2 - solution.chi2 < END_CHI2 * more and np.all(np.isfinite(better.values))
-    return better if fits else solution
+def _solved(measured: Measured, scene: Scene) -> Solution:
+    """Return the pose, by the ends of the bars as well where they fit."""
+    attitude, ends = scene.eye.attitude, measured.ends
+    if ends is None or len(ends.X) < 2:
+        return solve(measured.lines, attitude)
+    better = solve(measured.lines, attitude, ends)
+    if better.chi2 < LIKELY * better.dof:
+        return better
+    plain = solve(measured.lines, attitude)
+    return better if better.chi2 - plain.chi2 < END_CHI2 * (len(ends.X) - 1) else plain
 
 
 def _leaning(measured: Measured, scene: Scene) -> tuple[Array, Array]:

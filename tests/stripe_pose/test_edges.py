@@ -26,12 +26,8 @@ def step(at, blur, width=80, low=40.0, high=200.0):
 
 def found_in(rows, taps, threshold=5.0):
     pixels = np.clip(np.rint(rows), 0, 255).astype(np.uint8)
-    columns, strengths, grey, response = (
-        np.empty(512),
-        np.empty(512),
-        np.empty(pixels.shape[1]),
-        np.empty(pixels.shape[1]),
-    )
+    columns, strengths = np.empty(512), np.empty(512)
+    grey, response = (np.empty(pixels.shape[1], np.float32) for _ in range(2))
     out = []
     for row in range(len(pixels)):
         respond(pixels, row, taps, grey, response)
@@ -94,7 +90,7 @@ def test_edges_are_followed_over_all_rows_of_the_bars_and_no_further(roll):
     row = 240
     start = _columns(image, row)
     assert len(start) == m
-    follow(image, row, start, mark.polarity, filter_taps(), 2.0, found, size)
+    follow(image, row, 480, start, mark.polarity, filter_taps(), 2.0, found, size)
     rows = np.isfinite(found).sum(axis=1)
     expected = 600 * 0.1 / (np.sin(0.2) * mark.edges + 1.0) * np.cos(roll)
     assert np.all(np.abs(rows - expected) <= 4)

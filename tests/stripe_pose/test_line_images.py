@@ -30,13 +30,13 @@ def edges(data):
     for path in sorted((data / "visp_images" / "line").glob("image.*.png")):
         pixels = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
         assert pixels.shape == (HEIGHT, WIDTH)
-        grey, response = np.empty(WIDTH), np.empty(WIDTH)
+        grey, response = np.empty(WIDTH, np.float32), np.empty(WIDTH, np.float32)
         respond(pixels, HEIGHT // 2, taps, grey, response)
         columns, strengths = np.empty(MAX_EDGES), np.empty(MAX_EDGES)
         n = extrema(response, LEAST_RESPONSE, columns, strengths)
         polarity = np.sign(strengths[:n]).astype(np.int64)
         rows, size = np.empty((n, HEIGHT)), np.empty((n, HEIGHT))
-        follow(pixels, HEIGHT // 2, columns[:n].copy(), polarity, taps, 3.0, rows, size)
+        follow(pixels, HEIGHT // 2, HEIGHT, columns[:n].copy(), polarity, taps, 3.0, rows, size)
         found[int(path.stem.split(".")[1])] = rows, polarity
     return found
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import erf
 
 from logpose.pipelines.stripe_pose.edges import edge_near, filter_taps
-from logpose.pipelines.stripe_pose.profile import separate
+from logpose.pipelines.stripe_pose.profile import passed, separate
 
 WRONG = np.array([0.2, -0.2, 0.15, -0.1])
 POLARITY = np.array([1, -1, 1, -1], dtype=np.int64)
@@ -57,6 +57,11 @@ def test_errors_are_as_large_as_the_covariance_says():
         error = values[:4]
         squares.append(error @ np.linalg.solve(cov[:4, :4], error))
     assert np.mean(squares) == pytest.approx(4.0, abs=4 * math.sqrt(2 * 4 / 150))  # chi-square of 4, 4 sigma
+
+
+def test_the_normal_integral_is_that_of_the_library():
+    for d in np.linspace(-5, 5, 41):
+        assert passed(d, math.exp(-0.5 * d * d)) == pytest.approx(0.5 * (1 + math.erf(d / math.sqrt(2))), abs=2e-7)
 
 
 def test_a_flat_image_has_no_fit():
