@@ -17,6 +17,7 @@ FLAGS = {
     "method": ["stripe-pose.method"],
     "marks": ["stripe-pose.marks", "fuse-poses.map", "write-log.marks", "write-report.marks"],
     "camera": ["stripe-pose.camera"],
+    "fx": ["stripe-pose.fx_px"],
     "mark": ["stripe-pose.mark"],
     "tilt": ["stripe-pose.tilt_deg"],
     "roll": ["stripe-pose.roll_deg"],
@@ -33,7 +34,8 @@ FLAGS = {
     "in_report": ["write-mark-poses.in_report"],
 }
 CHECK = ("camera", "fx", "focal_length", "pixel_pitch", "width", "distance", "angle", "edge_sigma", "rows", "as_json")
-"""Options of ``--check-marks``; those of them that a run does not know come after ``camera``."""
+CHECK_ONLY = ("width", "distance", "angle", "edge_sigma", "rows")
+"""Options of ``--check-marks``, and those of them that a run does not know."""
 N_DISTANCES, N_ANGLES = 5, 4
 
 
@@ -73,9 +75,14 @@ N_DISTANCES, N_ANGLES = 5, 4
 @click.option("--waypoints", metavar="FILE", help="Waypoints whose passes are tabulated.")
 @click.option("--overlays", metavar="DIR", help="Also draw what was found over each image; a folder in the run folder.")
 @click.option("--check-marks", metavar="FILE", help="Tell which marks could be confused, and how exact poses will be.")
-@click.option("--fx", type=Number(above=0), metavar="PX", help="Check: focal length, if there is no --camera.")
-@click.option("--focal-length", type=Number(above=0), metavar="MM", help="Check: the same with --pixel-pitch.")
-@click.option("--pixel-pitch", type=Number(above=0), metavar="MM", help="Check: width of a pixel on the sensor.")
+@click.option(
+    "--fx",
+    type=Number(above=0),
+    metavar="PX",
+    help="Focal length, if there is no --camera: no lens, axis in the middle.",
+)
+@click.option("--focal-length", type=Number(above=0), metavar="MM", help="The same with --pixel-pitch.")
+@click.option("--pixel-pitch", type=Number(above=0), metavar="MM", help="Width of a pixel on the sensor.")
 @click.option("--width", type=Number(above=0), metavar="PX", help="Check: width of the images; 4:3 is their shape.")
 @click.option("--distance", metavar="NEAR,FAR", help="Check: distances of the working area [m]. [default: 0.3,1.5]")
 @click.option("--angle", type=Number(above=0), metavar="DEG", help="Check: largest angle of view. [default: 60]")
@@ -95,9 +102,10 @@ def _run(options: dict[str, Any]) -> int:
     from ..formats.errors import ConfigError
     from .call import Call, execute
 
-    for name in CHECK[1:-1]:
+    for name in CHECK_ONLY:
         if options[name] is not None:
             raise ConfigError(f"{_flag(name)}: belongs to --check-marks FILE. Add that, or leave it out.")
+    options["fx"] = _focal_length(options)
     start, reference, overlays = options["initial_pose"], options["reference"], options["overlays"]
     mount = (None, None, None) if options["mount"] is None else _numbers(options["mount"], "--mount", 3, "X,Y,Z")
     options |= dict(zip(("mount_x", "mount_y", "mount_z"), mount, strict=True))
@@ -182,24 +190,34 @@ def _check(marks: "MarkMap", options: Mapping[str, Any]) -> None:
     click.echo(dump_json(as_mapping(book, optics)) if options["as_json"] else table(book, optics, marks.marks))
 
 
-def _calibration(options: Mapping[str, Any]) -> "Calibration":
-    """Return the camera that a check is for, from a file or from its few numbers."""
-    from ..formats.calibration import Calibration, read_calibration
+def _focal_length(options: Mapping[str, Any]) -> float | None:
+    """Return the focal length [px] from ``--fx``, or from ``--focal-length`` and ``--pixel-pitch``."""
     from ..formats.errors import ConfigError
 
-    fx, focal, pitch, width = (options[name] for name in ("fx", "focal_length", "pixel_pitch", "width"))
+    fx, focal, pitch = (options[name] for name in ("fx", "focal_length", "pixel_pitch"))
     if options["camera"] is not None:
-        for name in ("fx", "focal_length", "pixel_pitch", "width"):
+        for name in ("fx", "focal_length", "pixel_pitch"):
             if options[name] is not None:
                 raise ConfigError(f"{_flag(name)}: --camera says it already. Leave one of them out.")
-        return read_calibration(options["camera"])
     if fx is not None and (focal is not None or pitch is not None):
         raise ConfigError("--fx: --focal-length and --pixel-pitch say it already. Leave one of them out.")
     if (focal is None) != (pitch is None):
         if pitch is None:
             raise ConfigError("--focal-length: in mm needs the pitch of the pixels in mm. Add --pixel-pitch MM.")
         raise ConfigError("--pixel-pitch: in mm needs the focal length in mm. Add --focal-length MM.")
-    fx = focal / pitch if focal is not None else fx
+    return float(focal / pitch) if focal is not None else fx
+
+
+def _calibration(options: Mapping[str, Any]) -> "Calibration":
+    """Return the camera that a check is for, from a file or from its few numbers."""
+    from ..formats.calibration import Calibration, read_calibration
+    from ..formats.errors import ConfigError
+
+    fx, width = _focal_length(options), options["width"]
+    if options["camera"] is not None:
+        if width is not None:
+            raise ConfigError("--width: --camera says it already. Leave one of them out.")
+        return read_calibration(options["camera"])
     if fx is None or width is None:
         raise ConfigError(
             "--check-marks: no camera. Name its calibration with --camera FILE, or give --fx PX and --width PX."

@@ -14,6 +14,9 @@ class StripePoseParams(Params):
     marks: InputPath = Field(description="map of the stripe marks, marks.yaml")
     mark: int | None = Field(None, ge=0, description="id of the only mark that is seen, where that is known")
     camera: InputPath | None = Field(None, description="calibration file; wins over CameraInfo in the log")
+    fx_px: float | None = Field(
+        None, gt=0, description="focal length of a camera without distortion, its axis in the middle of the image [px]"
+    )
 
     mount_x_m: float | None = Field(None, description="lens ahead of base_link; wins over tf_static [m]")
     mount_y_m: float | None = Field(None, description="lens left of base_link, likewise [m]")

@@ -73,6 +73,8 @@ class _Finder:
                 f"{params.marks}: no mark has four lines, by whose cross ratio the paper tells marks. "
                 "Use --method best, or marks of four lines."
             )
+        if params.camera is not None and params.fx_px is not None:
+            raise ConfigError(f"{NAME}: camera and fx_px both say what the camera is. Leave one of them out.")
         self.given = None if params.camera is None else read_calibration(params.camera)
         self.search = _search_of(params)
         self.imu: Imu | None = None
@@ -135,19 +137,22 @@ class _Finder:
 
         The mount is x, y, height, pan, tilt, roll of the camera on the robot [m, rad].
         """
+        height, width = pixels.shape
+        fx = self.params.fx_px
         c = self.given or event.calibration
+        if fx is not None:
+            c = Calibration(width, height, fx, fx, 0.5 * (width - 1), 0.5 * (height - 1))
         if c is None:
             raise ConfigError(
                 f"{NAME}: there is no calibration for the images on {_topic(event)} (no CameraInfo in the log, "
-                "or one with focal length 0: the camera is not calibrated). Pass one with --camera FILE."
+                "or one with focal length 0: the camera is not calibrated). Pass one with --camera FILE, or --fx PX."
             )
-        height, width = pixels.shape
         if (c.width, c.height) != (width, height):
             raise ConfigError(
                 f"{NAME}: the images on {_topic(event)} are {width}x{height} px, their calibration is for "
                 f"{c.width}x{c.height} px. Give the calibration of this camera and image size with --camera FILE."
             )
-        if self.camera is None or self.camera[0] is not c:
+        if self.camera is None or self.camera[0] != c:
             try:
                 self.camera = (c, Camera(c.fx, c.fy, c.cx, c.cy, c.model, c.distortion))
             except ValueError as err:

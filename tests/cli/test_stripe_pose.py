@@ -241,7 +241,7 @@ def test_photos_without_a_calibration_say_so(logpose, scene):
     assert (done.status, done.out) == (2, "")
     assert done.err == (
         "stripe-pose: there is no calibration for the images on /image (no CameraInfo in the log, or one with focal "
-        "length 0: the camera is not calibrated). Pass one with --camera FILE.\n"
+        "length 0: the camera is not calibrated). Pass one with --camera FILE, or --fx PX.\n"
     )
 
 

@@ -164,7 +164,7 @@ SEE = "See logpose stripe-pose --help."
             ["--print-marks", "OUT.png", "--marks", "MARKS"],
             "{out}.png: marks are printed as SVG or PDF. Name a file that ends in .svg or .pdf.",
         ),
-        (["photos", "--marks", "MARKS", "--fx", "800"], "--fx: belongs to --check-marks FILE. Add that, or leave it out."),
+        (["photos", "--marks", "MARKS", "--width", "800"], "--width: belongs to --check-marks FILE. Add that, or leave it out."),
         (["photos", "--marks", "MARKS", "--tilt", "nan"], f"logpose stripe-pose: invalid value for '--tilt': 'nan' is not finite. {SEE}"),
         (["photos", "--marks", "MARKS", "--mount", "1,2"], "--mount 1,2: is not X,Y,Z. Give 3 finite numbers."),
         (["photos", "--marks", "MARKS", "--mark", "-1"], f"logpose stripe-pose: invalid value for '--mark': -1 is not in the range x>=0. {SEE}"),

@@ -99,7 +99,7 @@ def test_no_images_are_an_error(marks):
 def test_no_calibration_is_an_error(marks, picture_of_mark):
     with pytest.raises(ConfigError, match=re.escape(
         "stripe-pose: there is no calibration for the images on /camera/image_raw (no CameraInfo in the log, or one with "
-        "focal length 0: the camera is not calibrated). Pass one with --camera FILE."
+        "focal length 0: the camera is not calibrated). Pass one with --camera FILE, or --fx PX."
     )):  # fmt: skip
         run([image_of(picture_of_mark, calibration=None)], marks)
 
@@ -202,6 +202,13 @@ def test_a_calibration_file_wins_over_the_log(marks, tmp_path, picture_of_mark):
     write_calibration(Calibration(640, 480, 1200.0, 1200.0, 319.5, 239.5), path)
     (seen,) = sightings(run([image_of(picture_of_mark)], marks, camera=str(path)))
     assert seen.pose[2] > 1.5  # twice the focal length, about twice the distance
+
+
+def test_a_focal_length_is_camera_enough(marks, picture_of_mark):
+    (seen,) = sightings(run([image_of(picture_of_mark, calibration=None)], marks, fx_px=600.0))
+    assert seen.pose == pytest.approx(POSE, abs=2e-3)
+    with pytest.raises(ConfigError, match="camera and fx_px both say what the camera is"):
+        run([image_of(picture_of_mark)], marks, fx_px=600.0, camera="camera.yaml")
 
 
 def test_the_mount_can_be_given(marks, picture_of_mark):
