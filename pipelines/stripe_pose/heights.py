@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
 Ints = npt.NDArray[np.int64]
 
-LEAST_WIDTH_PX = 8.0
+LEAST_WIDTH_PX = 6.0
 """A bar that is narrower has no end to be trusted: nothing of it is free of the blur of its sides."""
 SIDE_PX = 2.5
 """So much is left out at either side of a bar."""
