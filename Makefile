@@ -65,11 +65,16 @@ tables: $(READY)
 	$(BIN)/python papers/stripe/make_tables.py
 
 bench: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[bench]'
 	$(BIN)/python benchmarks/detector_accuracy.py
 	$(BIN)/python benchmarks/detector_speed.py
 	$(BIN)/python benchmarks/filter_speed.py
 	$(BIN)/python benchmarks/smoother_speed.py
 	$(BIN)/python benchmarks/job_speed.py
+	$(BIN)/python benchmarks/marks_accuracy.py
+	$(BIN)/python benchmarks/marks_false.py
+	$(BIN)/python benchmarks/marks_against_tags.py
+	$(BIN)/python benchmarks/marks_speed.py
 	test -z "$$LOGPOSE_DATA" || $(BIN)/python benchmarks/mrclam.py
 	test -z "$$LOGPOSE_DATA" || $(BIN)/python benchmarks/checkerboards.py
 
