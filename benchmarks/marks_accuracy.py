@@ -60,13 +60,11 @@ def filtered(made: Scene, sigma: float) -> Array:
 def fitted(made: Scene) -> Array:
     """Return errors of edges as the fit to the brightness of all rows gives them, times the root of the rows [px]."""
     rows = clear_rows(made)
-    middle = 0.5 * (rows[0] + rows[-1])
-    first, at, last = made.edge_columns(np.array([rows[0], middle, rows[-1]]))
-    m = len(at)
+    columns = np.ascontiguousarray(made.edge_columns(np.arange(rows[0], rows[-1] + 1)).T)
+    m = len(columns)
     values, cov = np.empty(m + 5), np.empty((m + 5, m + 5))
     polarity = 1 - 2 * (np.arange(m) % 2)
-    slopes = (last - first) / (rows[-1] - rows[0])
-    used = separate(made.image, (int(rows[0]), int(rows[-1])), at, slopes, float(middle), polarity, values, cov)
+    used = separate(made.image, (int(rows[0]), int(rows[-1])), columns, polarity, values, cov)
     return values[:m] * np.sqrt(len(rows)) if used else np.full(m, np.nan)
 
 

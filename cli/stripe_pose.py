@@ -37,6 +37,7 @@ CHECK = ("camera", "fx", "focal_length", "pixel_pitch", "width", "distance", "an
 CHECK_ONLY = ("width", "distance", "angle", "edge_sigma", "rows")
 """Options of ``--check-marks``, and those of them that a run does not know."""
 N_DISTANCES, N_ANGLES = 5, 4
+MAX_WIDTH = 100_000
 
 
 @click.command(
@@ -171,7 +172,7 @@ def _check(marks: "MarkMap", options: Mapping[str, Any]) -> None:
     from ..pipelines.stripe_pose.code_book import Optics, code_book
     from ..pipelines.stripe_pose.code_book_table import as_mapping, table
     from ..pipelines.stripe_pose.scene import Search
-    from ..pipelines.stripe_pose.verdict import PART_PX
+    from ..pipelines.stripe_pose.verdict import PART_PX, PART_SHARE
 
     near, far = _numbers(options["distance"] or "0.3,1.5", "--distance", 2, "NEAR,FAR")
     if not 0 < near < far:
@@ -182,7 +183,8 @@ def _check(marks: "MarkMap", options: Mapping[str, Any]) -> None:
     c = _calibration(options)
     given = {key: options[key] for key in ("edge_sigma", "rows") if options[key] is not None}
     camera = Camera(c.fx, c.fy, c.cx, c.cy, c.model, c.distortion)
-    given |= {"tolerance": Search().residual_px, "part_tolerance": PART_PX, "tolerance_share": Search().residual_share}
+    given |= {"tolerance": Search().residual_px, "tolerance_share": Search().residual_share}
+    given |= {"part_tolerance": PART_PX, "part_share": PART_SHARE}
     optics = Optics.of(camera, c.width, c.height, **given)
     distances = [near + (far - near) * i / (N_DISTANCES - 1) for i in range(N_DISTANCES)]
     angles = [math.radians(angle) * i / (N_ANGLES - 1) for i in range(N_ANGLES)]
@@ -222,6 +224,8 @@ def _calibration(options: Mapping[str, Any]) -> "Calibration":
         raise ConfigError(
             "--check-marks: no camera. Name its calibration with --camera FILE, or give --fx PX and --width PX."
         )
+    if width > MAX_WIDTH:
+        raise ConfigError(f"--width {width:g}: no camera has so many pixels. Give the width of the images.")
     if width != round(width):
         raise ConfigError(f"--width {width:g}: is no whole number of pixels. Give the width of the images.")
     columns, rows = int(width), max(1, int(0.75 * width))

@@ -27,7 +27,7 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
     except OSError as err:
-        raise FormatError(f"{target}: cannot be written ({err.strerror}). Choose another place with -o.") from err
+        raise FormatError(f"{target}: cannot be written ({err.strerror}). Choose another place.") from err
     try:
         with os.fdopen(handle, "w+b") as stream:
             yield cast("BinaryIO", stream)

@@ -4,9 +4,12 @@ Logs stay in the folder they are made in, and are used again: delete it after ch
 is what the simulator wrote beside the log. No method is told which mark it sees, or where.
 """
 
+import io
 import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import redirect_stderr
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -17,6 +20,7 @@ import yaml
 from bench import COLUMNS, FX_PX, TO_TABLE, Array
 
 from logpose.cli.main import call
+from logpose.formats.errors import ExitStatus
 from logpose.formats.events import MarkSighting
 from logpose.formats.mark_poses import read_mark_poses
 from logpose.formats.marks import read_marks, write_marks
@@ -133,8 +137,9 @@ def run_chunk(chunk: Chunk, work: Path) -> Results:
     found: Results = {}
     for way, params in chunk.ways.items():
         out = work / f"{chunk.name}-{re.sub('[^a-z0-9]+', '_', way)}"
-        logpose("run", PIPELINE, log, *settings("stripe-pose", {"marks": str(marks), **params}), "-q", "-o", out)
-        found[way] = gather(chunk.cells, truth, read_mark_poses(out / "poses.jsonl"))
+        words = settings("stripe-pose", {"marks": str(marks), **params})
+        is_seen = logpose("run", PIPELINE, log, *words, "-q", "-o", out)
+        found[way] = gather(chunk.cells, truth, read_mark_poses(out / "poses.jsonl") if is_seen else [])
     if chunk.row is not None:
         best = read_mark_poses(work / f"{chunk.name}-best" / "poses.jsonl")
         found[AT_ROW] = gather(chunk.cells, truth, at_row(best, marks, chunk.row))
@@ -156,15 +161,20 @@ def settings(group: str, values: Mapping[str, object]) -> list[str]:
     return [word for key, value in values.items() for word in ("--set", f"{group}.{key}={value}")]
 
 
-def logpose(*words: object) -> None:
-    """Run one command in this process.
+def logpose(*words: object) -> bool:
+    """Run one command in this process; return False if it recognised no mark, which is a result as well.
 
     Raises:
-        RuntimeError: its status is not 0 (or 3, data lost); what it was stands on stderr.
+        RuntimeError: its status is otherwise not 0 (or 3, data lost); what it was stands on stderr.
     """
-    status = call(list(map(str, words)))
+    with redirect_stderr(io.StringIO()) as talk:
+        status = call(list(map(str, words)))
+    if status == ExitStatus.USAGE and " no_mark: " in talk.getvalue():
+        return False
+    print(talk.getvalue(), end="", file=sys.stderr)
     if status not in {0, 3}:
         raise RuntimeError(f"logpose {' '.join(map(str, words))}: ended with status {status}")
+    return True
 
 
 def true_poses(log: Path) -> dict[int, Array]:

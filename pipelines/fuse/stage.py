@@ -80,6 +80,7 @@ class _Run:
         self.last_image: int | None = None
         self.last_pose: int | None = None
         self.bridging: Pose | None = None
+        self.is_started = params.initial_pose is not None
         if params.initial_pose is not None:
             self.tracker.start(parse_start_pose(params.initial_pose), None)
 
@@ -90,6 +91,7 @@ class _Run:
         if self.tracker.filter is not None:
             message = "the log sets the start pose again; the trajectory begins anew there."
             yield self._notice(event.stamp, "start-pose-again", message)
+        self.is_started = True
         self.tracker.move(self.reader.until(event.stamp))
         self.tracker.start(*start_pose_of(event))
 
@@ -136,14 +138,25 @@ class _Run:
                 "the next pose, if one comes."
             )
             yield self._notice(self.last, "odometry-without-pose", message)
+        yield from self._alone()
         values = summary(self.tracker, self.ids)
         history = self.tracker.history
         if history is not None and len(history):
             way = smooth_way(history, self.places, self.params)
             for stamp, estimate in poses_along(history, way):
                 yield self._pose(stamp, estimate)
-            values |= summary_of_way(way, self.ids)
+            values |= summary_of_way(way, self.ids, has_odometry=self.tracker.has_odometry)
         yield Summary(stamp=self.last, source=STAGE, values=values)
+
+    def _alone(self) -> Iterator[Notice]:
+        """Say what has no effect where there is no odometry."""
+        vain = [
+            *(["the start pose is not used"] if self.is_started else []),
+            *(["there is nothing to smooth"] if self.params.smooth else []),
+        ]
+        if vain and not self.tracker.has_odometry:
+            message = f"there is no odometry, so each image stands alone: {', and '.join(vain)}."
+            yield self._notice(self.last, "no-odometry", message)
 
     def _look(self) -> Iterator[Event]:
         """Explain the sightings of one image."""
@@ -159,7 +172,8 @@ class _Run:
 
     def _seen(self, status: str) -> list[Seen]:
         """Return the image's sightings of one status as numbers."""
-        chosen = [event for event in self.image if event.status == status]
+        # A sighting may say where the camera is and not where the robot is: the turn of its head was not logged.
+        chosen = [event for event in self.image if event.status == status and not np.all(np.isnan(event.robot))]
         for event in chosen:
             if not (np.all(np.isfinite(event.robot)) and np.all(np.isfinite(event.robot_cov))):
                 raise ValueError(f"the sighting of mark {event.mark} is not finite. Leave it out, or correct it.")

@@ -48,7 +48,7 @@ def summary(tracker: Tracker, ids: Sequence[int]) -> dict[str, object]:
     return values
 
 
-def summary_of_way(way: Way, ids: Sequence[int]) -> dict[str, object]:
+def summary_of_way(way: Way, ids: Sequence[int], *, has_odometry: bool) -> dict[str, object]:
     """Return what the smoother says of the log, in place of what the filter said at its end."""
     result = way.result
     sigma = np.sqrt(np.diag(result.border_covariance)).reshape(-1, 3)
@@ -62,7 +62,7 @@ def summary_of_way(way: Way, ids: Sequence[int]) -> dict[str, object]:
             "n_increments_rejected": len(way.broken),
             "is_converged": result.is_converged,
         },
-        "odometry": _calibration(result.states[-1, N_POSE:], last),
+        "odometry": _calibration(result.states[-1, N_POSE:], last) if has_odometry else None,
         "marks": [_survey(ids[mark], error, s) for mark, error, s in rows],
     }
 

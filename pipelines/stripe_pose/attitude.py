@@ -1,7 +1,7 @@
 """Where the camera looks: pan, tilt and roll from a mount, an inertial unit, joints, or options."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,9 @@ MEASURED_SD, STATED_SD, TILT_SD, ROLL_SD = np.radians([0.3, 1.0, 4.0, 2.0])
 known."""
 
 
+Known: TypeAlias = Literal["measured", "stated", "not"]
+
+
 @dataclass(frozen=True, slots=True)
 class Looking:
     """Pan, tilt, roll [rad], and how tilt and roll are known."""
@@ -22,7 +25,13 @@ class Looking:
     pan: float = 0.0
     tilt: float = 0.0
     roll: float = 0.0
-    known: Literal["measured", "stated", "not"] = "not"
+    tilt_known: Known = "not"
+    roll_known: Known = "not"
+
+    @property
+    def is_known(self) -> bool:
+        """Whether both are known."""
+        return "not" not in {self.tilt_known, self.roll_known}
 
 
 def looking_of(rotation: Array | None, tilted: Array | None) -> Looking:
@@ -33,9 +42,10 @@ def looking_of(rotation: Array | None, tilted: Array | None) -> Looking:
         tilted: (3, 3) rotation of the robot against a level one of the same heading, None where it is not measured.
     """
     base_R_optical = AHEAD if rotation is None else as_matrix(rotation)
-    if tilted is None:
-        return Looking(*attitude_of(base_R_optical), "not" if rotation is None else "stated")
-    return Looking(*attitude_of(tilted @ base_R_optical), "measured")
+    if tilted is not None:
+        return Looking(*attitude_of(tilted @ base_R_optical), "measured", "measured")
+    known: Known = "not" if rotation is None else "stated"
+    return Looking(*attitude_of(base_R_optical), known, known)
 
 
 AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -65,10 +75,10 @@ def expected(
         return Attitude(looking.tilt, looking.roll, 0.0, 0.0)
     if levelling == "lines":
         return Attitude(looking.tilt, looking.roll, np.inf, np.inf)
-    usual = {"measured": (MEASURED_SD,) * 2, "stated": (STATED_SD,) * 2, "not": (TILT_SD, ROLL_SD)}[looking.known]
+    usual = {"measured": (MEASURED_SD,) * 2, "stated": (STATED_SD,) * 2, "not": (TILT_SD, ROLL_SD)}
     return Attitude(
         looking.tilt,
         looking.roll,
-        usual[0] if tilt_sd is None else tilt_sd,
-        usual[1] if roll_sd is None else roll_sd,
+        usual[looking.tilt_known][0] if tilt_sd is None else tilt_sd,
+        usual[looking.roll_known][1] if roll_sd is None else roll_sd,
     )

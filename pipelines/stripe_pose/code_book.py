@@ -23,6 +23,7 @@ from ...formats.products import StripeMark
 from ..geometry.camera import Camera
 from .gaps import cross_ratio_sigma, log_cross_ratios, template_gaps
 from .pairings import Pairing, hidden, whole
+from .plausible import ENOUGH, most_hidden
 from .pose import bearings, is_ahead, pose_covariance
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -32,8 +33,6 @@ MIN_GAP_PX = 3.0
 CR_SIGMAS, CR_FLOOR = 4.0, 0.005
 FENCE = -3.0
 """Cross ratio of equally spaced lines."""
-MAX_HIDDEN = 2
-"""Edges of a mark whose height is known that may be hidden; of another one only one may."""
 _MOST = 60
 """Ways to take one mark for another that are looked at from everywhere: those that are nearest from the front."""
 
@@ -48,7 +47,7 @@ class Optics:
         height: of the image [px].
         tolerance: largest residual of a whole mark that the detector takes for a fit [px] ...
         part_tolerance: the same for a mark of which something is hidden [px] ...
-        tolerance_share: and as part of the least gap between its edges [1].
+        tolerance_share, part_share: and as parts of the least gap between edges [1].
         edge_sigma: error of an edge in one row [px].
         rows: that cross a mark; None is what its height says, and one where it has none.
     """
@@ -60,6 +59,7 @@ class Optics:
     tolerance: float
     part_tolerance: float
     tolerance_share: float
+    part_share: float
     edge_sigma: float = 0.05
     rows: int | None = None
 
@@ -108,13 +108,13 @@ class Confusion:
 
     Attributes:
         seen, taken: ids: the mark that is there, and the one it could be taken for.
-        whole, hidden: gap when all edges of ``taken`` are found, and when one of them is not, or two if its height is
-            known; None where there is no such way [px].
+        whole, hidden: gap when all edges of ``taken`` are found, and when only a part is, as small as the detector
+            takes for it; None where there is no such way [px].
         turned: gap when the mark is hung upside down and all edges are found [px].
         cross_ratio: difference of the most similar four rising lines in sigmas of its error, or None.
         is_cross_ratio_same: the paper's cross ratio does not tell them apart.
-        apart_to, apart_to_hidden: for each angle the distance up to which the whole mark, or all but one or two edges
-            of it, is told from the other; 0 where it is not even at the least distance [m].
+        apart_to, apart_to_hidden: for each angle the distance up to which the whole mark, or a part of it, is told
+            from the other; 0 where it is not even at the least distance [m].
     """
 
     seen: int
@@ -201,12 +201,12 @@ def _confusion(
     is_same = seen is taken
     polarities = tuple(seen.polarity.tolist()), tuple(taken.polarity.tolist())
     columns = _columns(seen, optics, distances, angles)
-    n_hidden = 1 if taken.height is None else MAX_HIDDEN
+    n_hidden = max(most_hidden(has_height=taken.height is not None), len(taken.edges) - ENOUGH)
     kinds = [
         _nearest(pairings, seen.edges, taken.edges, columns)
         for pairings in (whole(*polarities, is_same=is_same), hidden(*polarities, n_hidden, is_same=is_same))
     ]
-    share = optics.tolerance_share * np.nanmin(np.diff(columns), axis=(2, 3))
+    gap = np.fmin.reduce(np.diff(columns), axis=(2, 3))
     upside_down = tuple(-p for p in reversed(polarities[0]))
     turned = None
     if seen.bars is not None or taken.bars is None:
@@ -223,8 +223,8 @@ def _confusion(
         turned=_least(turned),
         cross_ratio=sigmas,
         is_cross_ratio_same=is_same_ratio,
-        apart_to=_apart_to(kinds[0], np.fmin(optics.tolerance, share), distances),
-        apart_to_hidden=_apart_to(kinds[1], np.fmin(optics.part_tolerance, share), distances),
+        apart_to=_apart_to(kinds[0], np.fmin(optics.tolerance, optics.tolerance_share * gap), distances),
+        apart_to_hidden=_apart_to(kinds[1], np.fmin(optics.part_tolerance, optics.part_share * gap), distances),
     )
 
 
@@ -246,7 +246,7 @@ def _nearest(pairings: tuple[Pairing, ...], seen: Array, taken: Array, columns: 
 
 
 def _least(gaps: Array | None) -> float | None:
-    return None if gaps is None else float(np.nanmin(gaps))
+    return None if gaps is None else float(np.fmin.reduce(gaps, axis=None))
 
 
 def _apart_to(gaps: Array | None, tolerance: Array, distances: Sequence[float]) -> tuple[float, ...]:
@@ -281,7 +281,7 @@ def _ratio_sigmas(mark: StripeMark, optics: Optics, distances: Sequence[float], 
     columns = _columns(lines, optics, distances, angles)[..., _fours(len(mark.lines))]
     roots = np.sqrt([optics.rows_across(mark, d) for d in distances])
     sigma = cross_ratio_sigma(columns, optics.edge_sigma) / roots[:, None, None, None]
-    return np.asarray(np.nanmax(sigma, axis=(0, 1, 2)))
+    return np.asarray(np.fmax.reduce(sigma, axis=(0, 1, 2)))
 
 
 def _is_fence(mark: StripeMark, optics: Optics, distances: Sequence[float], angles: Sequence[float]) -> bool:
@@ -292,6 +292,6 @@ def _is_fence(mark: StripeMark, optics: Optics, distances: Sequence[float], angl
         X = np.stack([np.arange(n), np.arange(n) + bars * (n - 1) / np.ptp(mark.lines)], axis=1)
         fence = X[:, 0] if mark.bars is None else X.ravel()
         gaps = template_gaps(fence, _columns(mark, optics, distances, angles))
-        return bool(np.nanmin(gaps) <= optics.tolerance) and mark.bars is not None
+        return bool(np.fmin.reduce(gaps, axis=None) <= optics.tolerance) and mark.bars is not None
     apart = np.abs(log_cross_ratios(mark.lines[_fours(n)]) - np.log(-FENCE))
     return bool(np.any(apart < CR_SIGMAS * _ratio_sigmas(mark, optics, distances, angles) + CR_FLOOR))

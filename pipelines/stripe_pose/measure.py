@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...formats.products import StripeMark
+from ..geometry.camera import Camera
 from .scene import Array, Scene, edges_of
 from .solve import Ends, Lines
 
@@ -134,14 +135,32 @@ def sharpen(measured: Measured, mark: StripeMark, scene: Scene) -> Measured:
 def _in_image(scene: Scene, lines: Lines, row: float) -> tuple[Array, Array]:
     """Return the columns (n,) of lines at an image row [px], and their change per row."""
     camera = scene.eye.camera
-    z = (camera.cy - row) / camera.fy
     if camera.is_pinhole:
-        return camera.cx + camera.fx * (lines.x + lines.slope * (z - lines.z)), lines.slope * (-camera.fx / camera.fy)
-    two = np.stack([np.full_like(lines.z, z), np.full_like(lines.z, z - 20.0 / camera.fy)])  # 20 rows apart
-    xy = np.stack([lines.x + lines.slope * (two - lines.z), -two], axis=-1)
-    uv = camera.distort(xy) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
-    slopes = (uv[1, :, 0] - uv[0, :, 0]) / (uv[1, :, 1] - uv[0, :, 1])
-    return uv[0, :, 0] + slopes * (row - uv[0, :, 1]), slopes
+        return _columns(camera, lines, np.array([row]))[:, 0], lines.slope * (-camera.fx / camera.fy)
+    three = _columns(camera, lines, np.array([row - 1.0, row, row + 1.0]))
+    return three[:, 1], 0.5 * (three[:, 2] - three[:, 0])
+
+
+def _columns(camera: Camera, lines: Lines, rows: Array) -> Array:
+    """Return the columns (n, k) of lines at image rows (k,) [px]: a lens bends lines.
+
+    The height of a line that the lens shows on a row is found by Newton's method.
+    """
+    z = np.repeat((camera.cy - rows)[None, :] / camera.fy, len(lines.x), axis=0)
+
+    def image(z: Array) -> Array:
+        x = lines.x[:, None] + lines.slope[:, None] * (z - lines.z[:, None])
+        if camera.is_pinhole:
+            return np.asarray(camera.cx + camera.fx * x)
+        return camera.distort(np.stack([x, -z], axis=-1)) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+
+    if camera.is_pinhole:
+        return image(z)
+    step = 1.0 / camera.fy
+    for _ in range(3):
+        at, above = image(z), image(z + step)
+        z -= step * (at[..., 1] - rows) / (above[..., 1] - at[..., 1])
+    return np.ascontiguousarray(image(z)[..., 0])
 
 
 def _separated(scene: Scene, mark: StripeMark, measured: Measured) -> Lines:
@@ -155,18 +174,21 @@ def _separated(scene: Scene, mark: StripeMark, measured: Measured) -> Lines:
     rows = (first + rounded, last - rounded)
     values, cov = np.empty(n + 5), np.empty((n + 5, n + 5))
     used = 0
+    middle = (rows[0] + rows[1]) // 2
     if n == len(edges_of(mark)[0]) and mark.bars is not None and rows[1] - rows[0] >= 2:
-        middle = 0.5 * (rows[0] + rows[1])
-        columns, slopes = _in_image(scene, lines, middle)
-        used = separate(scene.pixels, rows, columns, slopes, middle, edges_of(mark)[1], values, cov)
+        columns = _columns(camera, lines, np.arange(rows[0], rows[1] + 1.0))
+        if np.all(np.isfinite(columns)):
+            used = separate(scene.pixels, rows, columns, edges_of(mark)[1], values, cov)
     offsets = values[:n]
     if used == 0 or not np.all(np.abs(offsets) < 1.0) or not np.all(np.diag(cov)[:n] > 0):
         blended = np.diag(np.full(n, (BLENDED_PX / camera.fx) ** 2))
         return Lines(lines.X, lines.x, lines.slope, lines.z, lines.cov + blended, lines.slope_var)
+    # A pixel to the right on the middle row is so far to the right of the line.
+    columns = columns[:, middle - rows[0]]
     at = np.clip(np.floor(columns).astype(np.int64), 0, scene.pixels.shape[1] - 2)
-    row = min(max(round(middle), 0), scene.pixels.shape[0] - 1)
-    per_px = scene.rays[row, at + 1, 0] - scene.rays[row, at, 0]
-    z = np.full(n, (camera.cy - middle) / camera.fy) if camera.is_pinhole else scene.rays[row, at, 1]
+    ray, pixel = scene.rays[middle, at], scene.rays[middle, at + 1] - scene.rays[middle, at]
+    per_px = pixel[:, 0] - lines.slope * pixel[:, 1]
+    z = ray[:, 1] + (columns - at) * pixel[:, 1]
     x = lines.x + lines.slope * (z - lines.z) + offsets * per_px
     floor = np.diag(np.full(n, (scene.search.floor_px / camera.fx) ** 2))
     return Lines(lines.X, x, lines.slope, z, cov[:n, :n] * np.outer(per_px, per_px) + floor, lines.slope_var)

@@ -4,8 +4,7 @@
 2. From the best proposal on, its edges are followed over all rows that cross the mark (``edges.follow``), and a line is
    fitted to each (``lines``), through the lens.
 3. Where edges are so close that they bias one another, the brightness across the mark is fitted as a whole
-(``profile``);
-   where bars are wide and their height is known, their ends are found (``heights``).
+   (``profile``); where bars are wide and their height is known, their ends are found (``heights``).
 4. The lines give the pose, and level the camera (``solve``).
 5. What is left over decides whether it is that mark (``verdict``).
 
@@ -20,14 +19,11 @@ import numpy.typing as npt
 
 from ...formats.products import StripeMark
 from .measure import GLANCE, Measured, measure
+from .plausible import FEWEST_OF_PART
 from .scene import Array, Bytes, Eye, Scene, Search, edges_of
 from .verdict import Found, disputed, fits, judge, mirrored
 
 Ints = npt.NDArray[np.int64]
-
-FEWEST_OF_PART = 6
-"""A hidden mark shows at least so many edges: three fix the pose, three tell that it is this mark."""
-
 
 MOST_FAILURES = 4
 """After so many proposals that were not the mark it is taken to be elsewhere."""
@@ -66,7 +62,8 @@ def find_marks(pixels: Bytes, eye: Eye, marks: Sequence[StripeMark], search: Sea
         parts = _explain(scene, _missing(tried, found), (-1, least), (2 * step, 4 * step))
         found += [part for part in parts if not any(part.overlaps(other) for other in found)]
     if not found:
-        found = mirrored(_explain(scene, [_reflected(mark) for mark in tried], whole, (2 * step, 4 * step)))
+        reflected = _explain(scene, [_reflected(mark) for mark in tried], whole, (2 * step, 4 * step))
+        found = mirrored(reflected, {mark.id: len(mark.edges) for mark in tried})
     return sorted(disputed(found), key=lambda item: float(np.nanmin(item.lines[:, 0])))
 
 

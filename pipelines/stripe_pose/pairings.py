@@ -1,6 +1,6 @@
 """Which edges of one mark could be taken for which edges of another: left to right, and by polarity.
 
-A mark is recognised although one or two of its edges are hidden, and although up to two edges between them belong to
+A mark is recognised although some neighbouring edges are hidden, and although up to two edges between them belong to
 something else. So edges of a mark that is seen can be taken for those of another one in as many ways as there are such
 choices on both sides whose polarities agree.
 """
@@ -13,14 +13,14 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .plausible import FEWEST_OF_PART
+
 Ints: TypeAlias = npt.NDArray[np.int64]
 
 MAX_SKIPPED = 2
 """Edges between those of a mark that belong to something else."""
 FEWEST = 4
 """Three edges fit any mark; a fourth is the first that tells."""
-FEWEST_OF_PART = 5
-"""If some of a mark are hidden, it is recognised by so many."""
 
 
 class Pairing(NamedTuple):
@@ -44,20 +44,28 @@ def whole(seen: tuple[int, ...], taken: tuple[int, ...], *, is_same: bool) -> tu
         taken: (m,) polarities of the mark it is taken for.
         is_same: the two are one mark, and each edge taken for itself is no mistake.
     """
-    return _pairings(seen, taken, len(taken), is_same=is_same) if len(taken) >= FEWEST else ()
+    if len(taken) < FEWEST:
+        return ()
+    return _pairings(seen, taken, [tuple(range(len(taken)))], is_same=is_same)
 
 
 @lru_cache(maxsize=256)
 def hidden(seen: tuple[int, ...], taken: tuple[int, ...], most: int, *, is_same: bool) -> tuple[Pairing, ...]:
-    """Return the ways in which some edges of a mark, ``most`` at most, are not found; see ``whole``."""
-    sizes = range(max(len(taken) - most, FEWEST_OF_PART), len(taken))
-    return tuple(pairing for k in sizes for pairing in _pairings(seen, taken, k, is_same=is_same))
+    """Return the ways in which neighbouring edges of a mark, ``most`` at most, are not found; see ``whole``."""
+    n, pairings = len(taken), list[Pairing]()
+    for k in range(max(n - most, FEWEST_OF_PART), n):
+        parts = [(*range(first), *range(first + n - k, n)) for first in range(k + 1)]
+        pairings += _pairings(seen, taken, parts, is_same=is_same)
+    return tuple(pairings)
 
 
-def _pairings(seen: tuple[int, ...], taken: tuple[int, ...], k: int, *, is_same: bool) -> tuple[Pairing, ...]:
-    """Return the ways with k pairs: any k edges of one mark, and k of the other that lie near each other."""
+def _pairings(
+    seen: tuple[int, ...], taken: tuple[int, ...], parts: Sequence[tuple[int, ...]], *, is_same: bool
+) -> tuple[Pairing, ...]:
+    """Return the ways to take edges that lie near each other for one of these parts, which are of one size."""
+    k = len(parts[0])
     choices: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
-    for chosen in combinations(range(len(taken)), k):
+    for chosen in parts:
         choices.setdefault(tuple(taken[i] for i in chosen), []).append(chosen)
     pairs = []
     for first in range(len(seen) - k + 1):

@@ -20,7 +20,7 @@ class StripePoseParams(Params):
 
     mount_x_m: float | None = Field(None, description="lens ahead of base_link; wins over tf_static [m]")
     mount_y_m: float | None = Field(None, description="lens left of base_link, likewise [m]")
-    mount_z_m: float | None = Field(None, description="lens above base_link, likewise; tells nothing in the plane [m]")
+    mount_z_m: float | None = Field(None, description="lens above base_link, likewise; a leaning robot moves it [m]")
     pan_deg: float | None = Field(
         None, description="where the camera looks, counter-clockwise from ahead, likewise [deg]"
     )

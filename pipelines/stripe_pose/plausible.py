@@ -15,6 +15,8 @@ from .solve import DY, PHI, ROLL, TILT, Solution
 
 PART_GAP_PX = 4.0
 """Least distance of two lines of a part of a mark [px]."""
+FEWEST_OF_PART = 6
+"""A hidden mark shows at least so many edges: three fix the pose, three tell that it is this mark."""
 ENOUGH = 8
 """So many edges of a mark are as good as all of one."""
 LEAST_SHIFTED = 5
@@ -42,9 +44,14 @@ def is_enough(measured: Measured, mark: StripeMark, scene: Scene) -> bool:
     n = len(measured.members)
     if scene.search.given is not None:
         return True
-    hidden = len(edges_of(mark)[0]) - n
     has_height = mark.height is not None and not _is_cut(measured, scene)
-    return n >= ENOUGH or (measured.gap_px >= PART_GAP_PX and hidden <= (2 if has_height else 1))
+    hidden = len(edges_of(mark)[0]) - n
+    return n >= ENOUGH or (measured.gap_px >= PART_GAP_PX and hidden <= most_hidden(has_height=has_height))
+
+
+def most_hidden(*, has_height: bool) -> int:
+    """Return how many edges of a mark of few may be hidden: a bar's height tells of it what an edge would."""
+    return 2 if has_height else 1
 
 
 def _is_cut(measured: Measured, scene: Scene) -> bool:
@@ -58,9 +65,10 @@ def is_cut_off(measured: Measured, mark: StripeMark, solution: Solution, scene: 
     hidden = np.delete(edges_of(mark)[0], measured.members)
     pose, camera = solution.values[:3], scene.eye.camera
     tilt, roll = solution.values[TILT], solution.values[ROLL]
-    x, _ = line_of_bearing(bearings(pose, hidden), tilt, roll, float(measured.lines.z.mean()))
-    columns = camera.cx + camera.fx * x
-    return bool(np.all((columns < BORDER_PX) | (columns > scene.eye.width - BORDER_PX)))
+    z = float(measured.lines.z.mean())
+    x, _ = line_of_bearing(bearings(pose, hidden), tilt, roll, z)
+    columns = camera.cx + camera.fx * camera.distort(np.stack([x, np.full_like(x, -z)], axis=-1))[..., 0]
+    return bool(np.all(~((columns >= BORDER_PX) & (columns <= scene.eye.width - BORDER_PX))))  # nan: not in the image
 
 
 def may_be_shifted(measured: Measured, mark: StripeMark, scene: Scene) -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from ..engine.compiled import F64_1D, F64_1D_IN, F64_2D, I64_1D_IN, U8_2D, compiled, ints
+from ..engine.compiled import F64_1D, F64_2D, F64_2D_IN, I64_1D_IN, U8_2D, compiled, ints
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
@@ -45,31 +45,31 @@ def passed(d: float, bell: float) -> float:
     return 1.0 - half if d > 0.0 else half
 
 
-@compiled(types.float64(U8_2D, ints(2), F64_1D_IN, F64_1D_IN, types.float64, I64_1D_IN, F64_1D, F64_2D, F64_1D))
+@compiled(types.float64(U8_2D, ints(2), F64_2D_IN, I64_1D_IN, F64_1D, F64_2D, F64_1D))
 def _accumulate(  # noqa: C901  # sums, written out for speed
-    pixels: Bytes, rows: tuple[int, int], columns: Array, slopes: Array, middle: float, polarity: Ints,
-    values: Array, normal: Array, right: Array,
+    pixels: Bytes, rows: tuple[int, int], columns: Array, polarity: Ints, values: Array, normal: Array, right: Array,
 ) -> float:  # fmt: skip
     """Sum the normal equations of eq. (1) over the rows from the first to the last; return the sum of squares."""
-    m = columns.size
+    m = columns.shape[0]
     blur = values[m + BLUR]
     n = m + N_SHARED
     row_of_J = np.empty(n)
     normal[:, :] = 0.0
     right[:] = 0.0
     squares = 0.0
-    centre = 0.5 * (columns[0] + columns[m - 1])
+    middle = (rows[1] - rows[0]) // 2
+    centre = 0.5 * (columns[0, middle] + columns[m - 1, middle])
     for row in range(rows[0], rows[1] + 1):
-        h = row - middle
-        left = max(math.ceil(columns[0] + slopes[0] * h - MARGIN_PX), 0)
-        last = min(math.floor(columns[m - 1] + slopes[m - 1] * h + MARGIN_PX), pixels.shape[1] - 1)
+        h = row - rows[0]
+        left = max(math.ceil(columns[0, h] - MARGIN_PX), 0)
+        last = min(math.floor(columns[m - 1, h] + MARGIN_PX), pixels.shape[1] - 1)
         for u in range(left, last + 1):
             t = u - centre
             amplitude = values[m + WHITE] + values[m + WHITE_RAMP] * t
             share, spread = 0.0, 0.0
             first_near, last_near = m, -1
             for i in range(m):
-                d = (u - columns[i] - slopes[i] * h - values[i]) / blur
+                d = (u - columns[i, h] - values[i]) / blur
                 if d > 4.0:  # well to the right of this edge: it is wholly passed
                     share += polarity[i]
                     continue
@@ -101,19 +101,14 @@ def _accumulate(  # noqa: C901  # sums, written out for speed
     return squares
 
 
-@compiled(types.int64(U8_2D, ints(2), F64_1D_IN, F64_1D_IN, types.float64, I64_1D_IN, F64_1D, F64_2D))
-def separate(
-    pixels: Bytes, rows: tuple[int, int], columns: Array, slopes: Array, middle: float, polarity: Ints,
-    values: Array, cov: Array,
-) -> int:  # fmt: skip
+@compiled(types.int64(U8_2D, ints(2), F64_2D_IN, I64_1D_IN, F64_1D, F64_2D))
+def separate(pixels: Bytes, rows: tuple[int, int], columns: Array, polarity: Ints, values: Array, cov: Array) -> int:
     """Fit eq. (1) to the rows of a mark.
 
     Args:
         pixels: (H, W) image.
         rows: first and last row that all edges cross.
-        columns: (m,) where the edges are at row ``middle``, increasing [px].
-        slopes: (m,) change of the columns per row.
-        middle: row.
+        columns: (m, rows) where the edges are on each of these rows, increasing along the first axis [px].
         polarity: (m,) 1 from dark to bright, -1 from bright to dark.
         values: (m + 5,) filled with the offsets d_i and the blur [px], B, B', A, A' [grey levels].
         cov: (m + 5, m + 5) filled with their covariance.
@@ -121,22 +116,21 @@ def separate(
     Returns:
         Number of pixels that were fitted; 0 if there is no fit.
     """
-    m = columns.size
+    m = columns.shape[0]
     n = m + N_SHARED
     values[:] = 0.0
     values[m + BLUR] = FIRST_BLUR_PX
     # Black and white to start from: extremes of the middle row.
-    row = min(max(round(middle), rows[0]), rows[1])
+    middle = (rows[1] - rows[0]) // 2
+    row = rows[0] + middle
     low, high = 255.0, 0.0
-    shift = row - middle
-    for u in range(max(int(columns[0] + slopes[0] * shift) - 2, 0),
-                   min(int(columns[m - 1] + slopes[m - 1] * shift) + 3, pixels.shape[1])):  # fmt: skip
+    for u in range(max(int(columns[0, middle]) - 2, 0), min(int(columns[m - 1, middle]) + 3, pixels.shape[1])):
         low, high = min(low, float(pixels[row, u])), max(high, float(pixels[row, u]))
     values[m + BLACK], values[m + WHITE] = low, high - low
     normal, right = np.empty((n, n)), np.empty(n)
     squares = 0.0
     for _ in range(8):
-        squares = _accumulate(pixels, rows, columns, slopes, middle, polarity, values, normal, right)
+        squares = _accumulate(pixels, rows, columns, polarity, values, normal, right)
         for i in range(n):
             normal[i, i] *= 1.0 + 1e-9
             if not normal[i, i] > 0.0:
@@ -152,10 +146,9 @@ def separate(
         if largest < 3e-3:  # the next step is its square
             break
     count = 0
-    for row in range(rows[0], rows[1] + 1):
-        h = row - middle
-        left = max(math.ceil(columns[0] + slopes[0] * h - MARGIN_PX), 0)
-        count += min(math.floor(columns[m - 1] + slopes[m - 1] * h + MARGIN_PX), pixels.shape[1] - 1) - left + 1
+    for h in range(rows[1] - rows[0] + 1):
+        left = max(math.ceil(columns[0, h] - MARGIN_PX), 0)
+        count += min(math.floor(columns[m - 1, h] + MARGIN_PX), pixels.shape[1] - 1) - left + 1
     if count <= n:
         return 0
     cov[:, :] = np.linalg.inv(normal) * (squares / (count - n))

@@ -82,7 +82,7 @@ def edges_of(mark: StripeMark) -> tuple[Array, npt.NDArray[np.int64]]:
     return mark.edges, mark.polarity
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=2)
 def ray_table(camera: Camera, width: int, height: int) -> Array:
     """Return the rays x, z (height, width, 2) at y = 1 of all pixels, in the camera frame (x right, z up)."""
     u, v = np.meshgrid(np.arange(float(width)), np.arange(float(height)))

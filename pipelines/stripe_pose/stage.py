@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
 from ...formats.calibration import Calibration, read_calibration
-from ...formats.errors import ConfigError
+from ...formats.errors import ConfigError, FormatError
 from ...formats.events import NO_ID, Array, Event, Image, Imu, JointState, MarkSighting, Notice, Summary
 from ...formats.images import DamagedImage, grey
 from ...formats.marks import read_marks
@@ -24,6 +24,8 @@ from .params import StripePoseParams, WriteMarkOverlaysParams
 from .scene import Bytes, Eye, Search
 from .verdict import Found
 from .world import robot_covariance, robot_pose
+
+T = TypeVar("T", Imu, JointState)
 
 NAME = "stripe-pose"
 LEAN = 0.02
@@ -73,6 +75,11 @@ class _Finder:
                 f"{params.marks}: no mark has four lines, by whose cross ratio the paper tells marks. "
                 "Use --method best, or marks of four lines."
             )
+        if params.levelling == "lines" and (params.method == "paper" or params.tilt_model == "paper"):
+            raise ConfigError(
+                f"{NAME}: levelling: lines finds tilt and roll, which the paper takes as given. "
+                "Leave it out, or use method: best with tilt_model: camera."
+            )
         if params.camera is not None and params.fx_px is not None:
             raise ConfigError(f"{NAME}: camera and fx_px both say what the camera is. Leave one of them out.")
         self.given = None if params.camera is None else read_calibration(params.camera)
@@ -81,6 +88,7 @@ class _Finder:
         self.joints: JointState | None = None
         self.last = 0
         self.images = 0
+        self.damaged = 0
         self.statuses: Counter[str] = Counter()
         self.by_mark: Counter[int] = Counter()
         self.said: set[str] = set()
@@ -93,9 +101,11 @@ class _Finder:
         except DamagedImage as err:
             message = f"{_topic(event)} holds {err}; it is skipped."
             yield Notice(stamp=event.stamp, source=NAME, code="damaged-image", message=message, is_loss=True)
+            self.damaged += 1
             return
         self.images += 1
         eye, mount = self._eye(event, pixels)
+        yield from self._silence(event)
         yield from self._exposure(event, pixels, eye)
         if self.params.method == "paper":
             p = self.params
@@ -107,21 +117,37 @@ class _Finder:
         for item in found:
             self.statuses[item.status] += 1
             self.by_mark[item.mark] += item.status == "ok"
-            yield self._sighting(event.stamp, item, eye, mount)
+            yield self._sighting(event, item, eye, mount)
         if not found:
             self.statuses["no_mark"] += 1
             yield self._nothing(event.stamp, eye)
 
     def end(self) -> Iterator[Event]:
         """Sum up."""
+        if self.images == 0 and self.damaged:
+            raise FormatError(f"{NAME}: all images of this log are damaged ({self.damaged}). Record them again.")
         if self.images == 0:
             raise ConfigError(
                 f"{NAME}: there are no images in this log, or in this part of it. "
                 "Name their topic with --topic image=/NAME."
             )
+        joint = self.params.pan_joint or self.params.tilt_joint
+        if joint is not None and self.joints is None:
+            raise ConfigError(
+                f"{NAME}: there are no joint states in this log that tell of {joint!r}. "
+                "Name their topic with --topic joints=/NAME, or leave the joint out."
+            )
+        n = f"{self.images} images" if self.images > 1 else "the image"
+        if set(self.statuses) == {"no_mark"}:
+            raise ConfigError(
+                f"{self.params.marks}: no_mark: none of its marks was recognised in {n}. "
+                "Name the marks that hang there; --check-marks tells what they need to be read."
+            )
         if not any(self.by_mark.values()):
-            n = f"{self.images} images" if self.images > 1 else "the image"
-            message = f"no mark of {self.params.marks} was recognised in {n}; --check-marks tells what marks need."
+            seen = ", ".join(f"{count} {status}" for status, count in sorted(self.statuses.items()))
+            message = f"no mark of {self.params.marks} is sure in {n}: {seen}."
+            if self.statuses["mirrored_or_back"]:
+                message += " Those are seen in a mirror, or the image is flipped or upside down."
             yield Notice(stamp=self.last, source=NAME, code="no-mark", message=message)
         values = {
             "images": self.images,
@@ -172,35 +198,63 @@ class _Finder:
         given = (p.mount_x_m, p.mount_y_m, p.mount_z_m)
         place = [float(logged[i]) if value is None else value for i, value in enumerate(given)]
         on_robot = self._looking(event, level=True)
-        mount = np.array([*place, looking.pan, on_robot.tilt, on_robot.roll])
+        mount = np.array([*place, on_robot.pan, on_robot.tilt, on_robot.roll])
         return Eye(self.camera[1], width, height, attitude), mount
 
     def _looking(self, event: Image, *, level: bool) -> Looking:
         """Return pan, tilt and roll: options win over joints, joints over the inertial unit, that over the mount.
 
-        On a ``level`` robot the inertial unit has nothing to say.
+        On a ``level`` robot the inertial unit has nothing to say. Where a joint would have to speak and is silent the
+        pan is nan: nobody knows where the head is turned to.
         """
         p = self.params
-        age = round(p.attitude_age_s * 1e9)
-        imu = self.imu if self.imu is not None and event.stamp - self.imu.stamp <= age else None
+        imu = self._fresh(self.imu, event)
         tilted = None
         if imu is not None and imu.orientation is not None and not level:
             tilted = robot_tilt(imu.orientation, None if imu.mount is None else imu.mount.rotation)
         looking = looking_of(None if event.mount is None else event.mount.rotation, tilted)
-        joints = self.joints if self.joints is not None and event.stamp - self.joints.stamp <= age else None
+        joints = self._fresh(self.joints, event)
         for name, key in ((p.tilt_joint, "tilt"), (p.pan_joint, "pan")):
-            if name is not None and joints is not None:
-                # The mount in the log is the head's at rest; its joints turn it from there.
-                turned: dict[str, Any] = {key: getattr(looking, key) + _position(joints, name)}
-                looking = replace(looking, **turned, known="measured")
-        stated = {"tilt": p.tilt_deg, "roll": p.roll_deg, "pan": p.pan_deg}
-        angles: dict[str, Any] = {key: float(np.radians(deg)) for key, deg in stated.items() if deg is not None}
-        if "tilt" in angles or "roll" in angles:
-            angles = {"tilt": 0.0, "roll": 0.0, **angles} if event.mount is None and tilted is None else angles
-            return replace(looking, **angles, known="stated")
-        return replace(looking, **angles)
+            if name is None:
+                continue
+            # The mount in the log is the head's at rest; its joints turn it from there.
+            if key == "pan":
+                turn = np.nan if joints is None else _position(joints, name)
+                looking = replace(looking, pan=looking.pan + turn)
+            elif joints is None:
+                looking = replace(looking, tilt_known="not")
+            else:
+                looking = replace(looking, tilt=looking.tilt + _position(joints, name), tilt_known="measured")
+        if p.pan_deg is not None:
+            looking = replace(looking, pan=float(np.radians(p.pan_deg)))
+        if p.tilt_deg is not None:
+            looking = replace(looking, tilt=float(np.radians(p.tilt_deg)), tilt_known="stated")
+        if p.roll_deg is not None:
+            looking = replace(looking, roll=float(np.radians(p.roll_deg)), roll_known="stated")
+        return looking
+
+    def _fresh(self, heard: T | None, event: Image) -> T | None:
+        """Return what was heard last if it is not too old."""
+        age = round(self.params.attitude_age_s * 1e9)
+        return heard if heard is not None and event.stamp - heard.stamp <= age else None
 
     # ---- what a person should know ----------------------------------------------------------------------------
+
+    def _silence(self, event: Image) -> Iterator[Notice]:
+        p = self.params
+        is_silent = (p.pan_joint or p.tilt_joint) is not None and self._fresh(self.joints, event) is None
+        if is_silent and "joints" not in self.said:
+            self.said.add("joints")
+            what = (
+                "its tilt is found by the lines alone"
+                if p.pan_joint is None
+                else "it tells where the camera is, and not where the robot is"
+            )
+            message = (
+                f"no joint states came within {p.attitude_age_s:g} s before an image on {_topic(event)}, and maybe "
+                f"others; {what}."
+            )
+            yield Notice(stamp=event.stamp, source=NAME, code="joints-silent", message=message)
 
     def _exposure(self, event: Image, pixels: Bytes, eye: Eye) -> Iterator[Notice]:
         row = pixels[min(max(round(eye.row), 0), len(pixels) - 1)]
@@ -216,8 +270,7 @@ class _Finder:
     def _warn(self, event: Image, found: list[Found], eye: Eye) -> Iterator[Notice]:
         lean = max((item.lean for item in found if item.status == "ok"), default=0.0)
         is_trusted = not (eye.attitude.tilt_sd > 0 and eye.attitude.roll_sd > 0)
-        known = self._looking(event, level=False).known
-        if lean > LEAN and (is_trusted or known == "not"):
+        if lean > LEAN and (is_trusted or not self._looking(event, level=False).is_known):
             what = "taken as given" if is_trusted else "not known, and found from the lines alone"
             message = (
                 f"the lines of a mark lean by up to {100 * lean:.1f} % against those of a level camera, whose tilt and "
@@ -227,11 +280,16 @@ class _Finder:
 
     # ---- events -----------------------------------------------------------------------------------------------
 
-    def _sighting(self, stamp: int, item: Found, eye: Eye, mount: Array) -> MarkSighting:
+    def _sighting(self, event: Image, item: Found, eye: Eye, mount: Array) -> MarkSighting:
         place = self.marks[item.mark].pose
+        p = self.params
+        if p.tilt_model == "paper" or p.levelling == "lines" or not self._looking(event, level=True).is_known:
+            # How the camera stands on the robot is not known, so the lines do not say how the robot leans. Without
+            # height its lens does not move.
+            mount = mount * np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0])
         leaning = item.attitude - mount[4:]
         return MarkSighting(
-            stamp=stamp,
+            stamp=event.stamp,
             source=NAME,
             frame_id=self.frame_id,
             mark=item.mark,
@@ -240,7 +298,7 @@ class _Finder:
             cov=item.cov[:3, :3],
             attitude=item.attitude,
             robot=robot_pose(place, item.pose, mount, leaning),
-            robot_cov=robot_covariance(place, item.pose, mount, item.cov),
+            robot_cov=robot_covariance(place, item.pose, mount, leaning, item.cov),
             row=eye.row,
             lines=item.lines,
             members=item.members,
@@ -281,7 +339,7 @@ def write_mark_overlays(events: Iterator[Event], params: WriteMarkOverlaysParams
             draw()
             n += bool(seen)
             image, seen = event, []
-        elif isinstance(event, MarkSighting) and event.source == NAME and image is not None:
+        elif isinstance(event, MarkSighting) and event.source == params.source and image is not None:
             name = "" if event.mark == NO_ID else str(event.mark)
             seen.append(Seen(name, event.status, event.pose, event.lines, event.row))
         yield event

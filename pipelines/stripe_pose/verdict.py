@@ -4,7 +4,7 @@ Sub-pixel lines make a strict judge: a mark of eight edges fulfils five conditio
 fence or a blind is not taken for one. What else a mark must be is in ``plausible``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,6 +73,10 @@ class Found:
         mine, others = _box(self.lines), _box(other.lines)
         return bool(np.all(mine[:, 0] < others[:, 1]) and np.all(others[:, 0] < mine[:, 1]))
 
+    def is_elsewhere(self, other: "Found") -> bool:
+        """Tell whether both say of one mark that it hangs in their place."""
+        return self.mark == other.mark and "poor_geometry" not in {self.status, other.status}
+
 
 def fits(measured: Measured, mark: StripeMark, scene: Scene) -> bool:
     """Tell whether lines may be the mark's before neighbours are taken apart; those that blend may be further off."""
@@ -89,7 +93,8 @@ def _tolerance(measured: Measured, mark: StripeMark, scene: Scene) -> float:
 def judge(measured: Measured, mark: StripeMark, scene: Scene) -> Found | None:
     """Return the mark with its pose and status, or None if what was measured is something else."""
     n, search, camera = len(measured.members), scene.search, scene.eye.camera
-    if n < 3 or not (n == len(edges_of(mark)[0]) or is_enough(measured, mark, scene)):
+    # Three lines fit any mark: they are one only where it is said which.
+    if n < (4 if search.given is None else 3) or not (n == len(edges_of(mark)[0]) or is_enough(measured, mark, scene)):
         return None
     if not is_uniform(measured) or not fits(measured, mark, scene):
         return None
@@ -111,9 +116,9 @@ def judge(measured: Measured, mark: StripeMark, scene: Scene) -> Found | None:
         return None
     # What the lines leave over beyond what chance explains (two standard deviations of chi2) is an error of the lens
     # or of the print, and counts as well.
-    cov = solution.cov[:5, :5] * max(1.0, solution.chi2 / (solution.dof + 2.0 * np.sqrt(2.0 * solution.dof)))
-    if search.is_leaning:
-        pose, cov = _leaning(measured, scene)
+    pose, cov = _leaning(measured, scene) if search.is_leaning else (pose, solution.cov[:5, :5])
+    if solution.dof > 0:
+        cov = cov * max(1.0, solution.chi2 / (solution.dof + 2.0 * np.sqrt(2.0 * solution.dof)))
     return Found(
         mark=mark.id,
         status=_status(measured, mark, solution, cov, scene),
@@ -129,11 +134,14 @@ def judge(measured: Measured, mark: StripeMark, scene: Scene) -> Found | None:
 
 
 def disputed(found: Sequence[Found]) -> list[Found]:
-    """Keep the best explanation of the same edges, and all that are as good, marked ``ambiguous``."""
+    """Keep the best explanation of the same edges, and all that are as good, marked ``ambiguous``.
+
+    A mark hangs in one place, so one that seems to hang in two is disputed as well.
+    """
     kept: list[Found] = []
     found = [item for i, item in enumerate(found) if not any(item.is_again(other) for other in found[:i])]
     for item in found:
-        rivals = [other for other in found if other is not item and item.overlaps(other)]
+        rivals = [other for other in found if other is not item and (item.overlaps(other) or item.is_elsewhere(other))]
         # Fewer edges explain less: a part of a mark does not dispute a whole one.
         rivals = [other for other in rivals if len(other.members) >= len(item.members)]
         if any(
@@ -146,11 +154,18 @@ def disputed(found: Sequence[Found]) -> list[Found]:
     return kept
 
 
-def mirrored(found: Sequence[Found]) -> list[Found]:
-    """Return marks that were found in their mirror image: they have no pose."""
+def mirrored(found: Sequence[Found], n_edges: Mapping[int, int]) -> list[Found]:
+    """Return marks that were found in their mirror image: they have no pose.
+
+    Args:
+        found: of reflected marks.
+        n_edges: how many edges each mark has, by its id.
+    """
     nowhere, unknown = np.full(3, np.nan), np.full((5, 5), np.nan)
     return [
-        replace(item, status="mirrored_or_back", pose=nowhere, cov=unknown)
+        replace(
+            item, status="mirrored_or_back", pose=nowhere, cov=unknown, members=n_edges[item.mark] - 1 - item.members
+        )
         for item in found
         if item.status in {"ok", "ambiguous"}
     ]

@@ -27,7 +27,8 @@ def robot_pose(mark: Array, pose: Array, mount: Array, leaning: Array) -> Array:
     Args:
         mark: (3,) x, y, direction of the X axis of the mark in the map [m, m, rad].
         pose: (3,) phi, D_x, D_y [rad, m, m].
-        mount: (4,) x, y, height, pan of the camera on the robot, pan counter-clockwise from ahead [m, m, m, rad].
+        mount: x, y, height, pan of the camera on the robot, pan counter-clockwise from ahead [m, m, m, rad], and
+            whatever else.
         leaning: (2,) how much the camera is tilted and rolled beyond its mount [rad].
     """
     heading = mark[2] - pose[0] - mount[3] + 0.5 * np.pi
@@ -36,13 +37,13 @@ def robot_pose(mark: Array, pose: Array, mount: Array, leaning: Array) -> Array:
     return np.array([robot[0], robot[1], np.pi - (np.pi - heading) % (2.0 * np.pi)])
 
 
-def robot_covariance(mark: Array, pose: Array, mount: Array, cov: Array) -> Array:
+def robot_covariance(mark: Array, pose: Array, mount: Array, leaning: Array, cov: Array) -> Array:
     """Return the covariance (3, 3) of ``robot_pose`` from that (5, 5) of phi, D_x, D_y, tilt and roll."""
     across = mark[2] - pose[0]
     heading = across - mount[3] + 0.5 * np.pi
     J = np.zeros((3, 5))
     # Both turns grow with psi - phi, so their derivative by phi is the negative one by angle.
-    J[:2, 0] = _turn_rate(across) @ pose[1:3] + _turn_rate(heading) @ mount[:2]
+    J[:2, 0] = _turn_rate(across) @ pose[1:3] + _turn_rate(heading) @ (mount[:2] + _lever(mount) @ leaning)
     J[:2, 1:3] = -_turn(across)
     J[:2, 3:] = -_turn(heading) @ _lever(mount)
     J[2, 0] = -1.0

@@ -118,6 +118,10 @@ def test_every_command_a_log_suits_runs_and_the_others_end_with_one_line(logpose
             assert done.status == 2, (name, done)
             assert len([line for line in done.err.splitlines() if "the size of the lamps" not in line]) == 1
             assert done.out == ""
+        elif name == "stripe-pose":  # it runs, and sees that no such mark hangs there
+            assert done.status == 2, done.err
+            assert "no_mark" in done.err.splitlines()[-1]
+            assert len(done.out.splitlines()) >= 3
         else:
             assert done.status == 0, (name, done.err)
             assert len(done.out.splitlines()) >= 3

@@ -105,6 +105,18 @@ def test_a_check_may_print_what_it_checked(logpose, marks, camera, tmp_path):
     assert done.err.split() == [str(tmp_path / f"a.{i}.svg") for i in (1, 2)]
 
 
+def test_no_camera_has_a_billion_columns(logpose, marks):
+    done = logpose("stripe-pose", "--check-marks", marks, "--fx", 800, "--width", 1e9)
+    line = "--width 1e+09: no camera has so many pixels. Give the width of the images.\n"
+    assert (done.status, done.out, done.err) == (2, "", line)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_check_from_so_near_that_the_mark_is_behind_the_lens_says_nothing_of_it(logpose, marks):
+    done = logpose("stripe-pose", "--check-marks", marks, "--fx", 800, "--width", 640, "--distance", "0.001,0.01")
+    assert (done.status, done.err) == (0, "")
+
+
 # ---- bad input ------------------------------------------------------------------------------------------------
 
 CHECK = ["--check-marks", "MARKS"]

@@ -268,7 +268,27 @@ def test_without_odometry_each_image_with_a_sure_mark_stands_alone(sim, marks):
         assert at(out) == pytest.approx(np.array(far), abs=1e-6)
         assert [p.stamp for p in poses(out)] == [0, S, 2 * S]
         assert statuses(out) == ["tracking"] * 3
-        assert values(out)["odometry"] is None or smooth
+        assert values(out)["odometry"] is None
+        assert codes(out) == ["no-odometry"] * smooth
+
+
+def test_a_start_pose_without_odometry_has_no_effect_and_that_is_said(sim, marks):
+    out = run([sim.sighting(0, 10, (1.0, 0.0, 0.0))], marks, initial_pose="3,3,0", smooth=True)
+    assert at(out) == pytest.approx(np.array([[1.0, 0.0, 0.0]]), abs=1e-6)
+    (notice,) = (e for e in out if isinstance(e, Notice))
+    assert notice.message == (
+        "there is no odometry, so each image stands alone: the start pose is not used, and there is nothing to smooth."
+    )
+
+
+def test_a_sighting_that_tells_nothing_of_the_robot_is_left_out(sim, marks):
+    """As of a camera on a head whose joints were not logged."""
+    nowhere = sim.sighting(S, 10, [np.nan] * 3, np.full((3, 3), np.nan))
+    for smooth in (False, True):
+        plain, more = (
+            run(sorted([*log(sim), *extra], key=lambda e: e.stamp), marks, smooth=smooth) for extra in ([], [nowhere])
+        )
+        assert at(more)[-1] == pytest.approx(at(plain)[-1])
 
 
 def test_marks_of_one_image_are_combined_by_their_information(sim, marks):

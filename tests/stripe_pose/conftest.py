@@ -20,13 +20,19 @@ def mark_of(gaps=GAPS, *, id=0, height=None, pose=(0.0, 0.0, 0.0)):  # noqa: A00
 
 
 def picture(mark, pose, *, tilt=0.0, roll=0.0, dz=0.0, height=0.1, size=(640, 480), f=600.0, black=40.0, white=200.0,
-            blur=0.8, noise=0.0, seed=0, wall=110.0, margin=0.03):  # fmt: skip
+            blur=0.8, noise=0.0, seed=0, wall=110.0, margin=0.03, lens=None):  # fmt: skip
     """Draw a mark before a wall: each row is a sum of error functions, each end of a bar a row of half grey."""
     width, rows = size
     cx, cy = (width - 1) / 2, (rows - 1) / 2
     phi, dx, dy = pose
     u, v = np.meshgrid(np.arange(float(width)), np.arange(float(rows)))
     x, z = (u - cx) / f, (cy - v) / f
+    if lens is not None:  # k1 and k2 alone, inverted by Newton's method
+        bent = np.hypot(x, z)
+        r = bent.copy()
+        for _ in range(20):
+            r -= (r * (1 + lens[0] * r**2 + lens[1] * r**4) - bent) / (1 + 3 * lens[0] * r**2 + 5 * lens[1] * r**4)
+        x, z = x * r / bent, z * r / bent
     ct, st, cr, sr = math.cos(tilt), math.sin(tilt), math.cos(roll), math.sin(roll)
     Q = np.array([[cr, 0, -sr], [0, 1, 0], [sr, 0, cr]]) @ np.array([[1, 0, 0], [0, ct, st], [0, -st, ct]])
     ray = np.stack([x, np.ones_like(x), z], -1) @ Q  # Q' ray: in the level frame
@@ -55,8 +61,9 @@ def picture(mark, pose, *, tilt=0.0, roll=0.0, dz=0.0, height=0.1, size=(640, 48
     return np.clip(np.rint(light), 0, 255).astype(np.uint8)
 
 
-def eye_of(*, tilt=0.0, roll=0.0, tilt_sd=0.0, roll_sd=0.0, size=(640, 480), f=600.0):
-    camera = Camera(f, f, (size[0] - 1) / 2, (size[1] - 1) / 2)
+def eye_of(*, tilt=0.0, roll=0.0, tilt_sd=0.0, roll_sd=0.0, size=(640, 480), f=600.0, lens=None):
+    middle = (size[0] - 1) / 2, (size[1] - 1) / 2
+    camera = Camera(f, f, *middle) if lens is None else Camera(f, f, *middle, "plumb_bob", lens)
     return Eye(camera, *size, Attitude(tilt, roll, tilt_sd, roll_sd))
 
 

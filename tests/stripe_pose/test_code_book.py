@@ -32,6 +32,7 @@ def optics(**changes):
         "tolerance": 0.3,
         "part_tolerance": 0.12,
         "tolerance_share": 1.0,
+        "part_share": 1.0,
     }
     return Optics(**fixed | changes)
 
@@ -255,7 +256,7 @@ def test_the_smallest_gap_is_that_of_the_two_nearest_edges():
 
 
 def test_the_lens_says_how_wide_the_field_is():
-    limits = {"tolerance": 0.3, "part_tolerance": 0.1, "tolerance_share": 1.0}
+    limits = {"tolerance": 0.3, "part_tolerance": 0.1, "tolerance_share": 1.0, "part_share": 1.0}
     wide = Optics.of(Camera(400.0, 400.0, 319.5, 239.5, "plumb_bob", (-0.1, 0, 0, 0, 0)), 640, 480, **limits)
     straight = Optics.of(Camera(400.0, 400.0, 319.5, 239.5), 640, 480, **limits)
     assert straight.field == pytest.approx((-319.5 / 400, 319.5 / 400))

@@ -82,7 +82,7 @@ def test_the_attitude_of_a_mount_is_read_back(pan, tilt, roll):
 
 def test_a_camera_that_looks_ahead_is_level():
     assert attitude_of(AHEAD) == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
-    assert looking_of(None, None).known == "not"
+    assert looking_of(None, None).tilt_known == "not"
 
 
 def test_a_robot_that_pitches_up_tilts_a_camera_that_looks_ahead_and_rolls_one_that_looks_left():
@@ -98,7 +98,7 @@ def test_a_robot_that_pitches_up_tilts_a_camera_that_looks_ahead_and_rolls_one_t
     assert tilt == pytest.approx(0.0, abs=1e-12)
     # Nose up lifts the camera's right side, which a positive turn about its optical axis lowers.
     assert roll == pytest.approx(-0.1, abs=1e-12)
-    assert ahead.known == "measured"
+    assert ahead.tilt_known == "measured"
 
 
 def test_what_is_not_known_gets_a_wide_prior_and_options_a_narrow_one():

@@ -5,13 +5,19 @@ import pytest
 
 from logpose.formats.products import StripeMark
 from logpose.pipelines.stripe_pose.method import find_marks
-from logpose.pipelines.stripe_pose.scene import Search
+from logpose.pipelines.stripe_pose.scene import Scene, Search
 from logpose.pipelines.stripe_pose.solve import Attitude
 
 from .conftest import GAPS, eye_of, mark_of, picture
 
 PRIOR = {"tilt_sd": np.radians(4), "roll_sd": np.radians(2)}
 OTHER = (0.020, 0.032, 0.036, 0.020, 0.028, 0.024, 0.040)
+
+
+def scene_of(image, eye):
+    from logpose.pipelines.stripe_pose.edges import filter_taps
+
+    return Scene(image, eye, Search(), filter_taps(), 1.0)
 
 
 def found_in(image, marks, **search):
@@ -107,6 +113,66 @@ def test_three_lines_tell_no_mark_but_give_a_pose_of_a_given_one():
     (found,) = found_in(picture(shown, pose, wall=40.0), [mark], given=0)
     assert found.status == "unverified"
     assert found.pose == pytest.approx(pose, abs=2e-3)
+
+
+def test_three_lines_alone_are_nothing():
+    mark = StripeMark(id=0, lines=np.array([-0.06, 0.0, 0.06]), bars=None, pose=np.zeros(3))
+    shown = StripeMark(id=0, lines=np.array([-0.06, 0.0, 0.06]), bars=np.full(3, 0.03), pose=np.zeros(3))
+    assert found_in(picture(shown, np.array([0.4, 0.02, 0.7]), wall=40.0), [mark]) == []
+
+
+def test_three_lines_of_a_level_camera_have_a_covariance():
+    mark = StripeMark(id=0, lines=np.array([-0.06, 0.0, 0.06]), bars=None, pose=np.zeros(3))
+    shown = StripeMark(id=0, lines=np.array([-0.06, 0.0, 0.06]), bars=np.full(3, 0.03), pose=np.zeros(3))
+    image = picture(shown, np.array([0.4, 0.02, 0.7]), wall=40.0, noise=1.0)
+    (found,) = find_marks(image, eye_of(), [mark], Search(given=0))
+    assert found.status == "unverified"
+    assert np.all(np.isfinite(found.cov))
+
+
+def test_a_mark_that_hangs_in_two_places_is_disputed():
+    left = picture(mark_of(), np.array([0.2, -0.2, 1.0]), noise=1.0)
+    right = picture(mark_of(), np.array([-0.2, 0.2, 1.0]), noise=1.0)
+    found = found_in(np.hstack([left[:, :320], right[:, 320:]]), [mark_of()])
+    assert [f.status for f in found] == ["ambiguous", "ambiguous"]
+
+
+@pytest.mark.parametrize("lens", [None, (-0.3, 0.08, 0.0, 0.0, 0.0)])
+@pytest.mark.parametrize("place", [0.0, 0.35])
+def test_a_lens_that_bends_lines_moves_no_edge_of_a_fine_mark(lens, place):
+    """Tilted and rolled, with gaps of 6 px, taken apart by their brightness over all rows."""
+    mark, pose = mark_of(), np.array([0.3, place, 1.75])
+    eye = eye_of(tilt=0.15, roll=0.1, tilt_sd=0.02, roll_sd=0.02, lens=lens)
+    for seed in range(3):
+        image = picture(mark, pose, tilt=0.15, roll=0.1, height=0.3, noise=1.0, seed=seed, lens=lens)
+        (found,) = find_marks(image, eye, [mark], Search())
+        assert found.gap_px < 7.0
+        error = found.pose - pose
+        assert error @ np.linalg.solve(found.cov[:3, :3], error) < 21.1
+
+
+def test_an_edge_that_the_lens_brings_into_the_image_is_hidden_by_something():
+    """Where the camera without a lens would not see the last edges, this one does; so a part is not merely cut off."""
+    from logpose.pipelines.stripe_pose.measure import measure
+    from logpose.pipelines.stripe_pose.plausible import is_cut_off
+    from logpose.pipelines.stripe_pose.solve import solve
+
+    mark, pose = mark_of(), np.array([0.0, 0.222, 0.6])
+    lens = (-0.3, 0.0, 0.0, 0.0, 0.0)
+    u = 319.5 + 600 * (mark.edges + 0.222) / 0.6
+    assert u[-1] > 640
+    verdicts = []
+    for bent in (lens, None):
+        eye = eye_of(lens=bent)
+        r = (mark.edges + 0.222) / 0.6
+        columns = u if bent is None else 319.5 + 600 * r * (1 + lens[0] * r**2)
+        columns[-1] = np.nan
+        image = picture(mark, pose, lens=bent)
+        scene = scene_of(image, eye)
+        measured = measure(scene, mark, 240, columns)
+        assert measured.members.tolist() == list(range(7))
+        verdicts.append(is_cut_off(measured, mark, solve(measured.lines, eye.attitude), scene))
+    assert verdicts == [False, True]
 
 
 def test_the_height_of_the_bars_fixes_the_distance_of_a_turned_mark():

@@ -27,7 +27,8 @@ def bars(columns, blur, *, rows=20, slope=0.02, noise=0.0, width=60, seed=0):
 def fitted(image, columns, slope=0.02):
     values, cov = np.empty(9), np.empty((9, 9))
     rows = len(image)
-    n = separate(image, (0, rows - 1), columns, np.full(4, slope), rows / 2, POLARITY, values, cov)
+    lines = columns[:, None] + slope * (np.arange(rows) - rows / 2)
+    n = separate(image, (0, rows - 1), lines, POLARITY, values, cov)
     return n, values, cov
 
 

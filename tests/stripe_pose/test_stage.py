@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.calibration import Calibration, write_calibration
-from logpose.formats.errors import ConfigError
+from logpose.formats.errors import ConfigError, FormatError
 from logpose.formats.events import Image, Imu, JointState, MarkSighting, Mount, Notice, Odometry, Summary
 from logpose.formats.marks import write_marks
 from logpose.formats.products import MarkMap, StripeMark
@@ -82,11 +82,22 @@ def test_an_image_without_a_mark_says_so_and_the_end_sums_up(marks, picture_of_m
     assert "no-mark" not in notices(out)
 
 
-def test_a_log_without_any_mark_is_warned_of(marks):
-    out = run([image_of(np.full((480, 640), 100, np.uint8))], marks)
+def test_a_log_without_any_mark_is_an_error(marks):
+    with pytest.raises(ConfigError, match=re.escape(
+        f"{marks}: no_mark: none of its marks was recognised in the image. Name the marks that hang there; --check-marks "
+        "tells what they need to be read."
+    )):  # fmt: skip
+        run([image_of(np.full((480, 640), 100, np.uint8))], marks)
+
+
+def test_a_log_of_mirrored_marks_is_warned_of(marks, picture_of_mark):
+    out = run([image_of(np.ascontiguousarray(picture_of_mark[:, ::-1]))], marks)
     assert notices(out)["no-mark"] == (
-        f"no mark of {marks} was recognised in the image; --check-marks tells what marks need."
+        f"no mark of {marks} is sure in the image: 1 mirrored_or_back. Those are seen in a mirror, or the image is "
+        "flipped or upside down."
     )
+    (seen,) = sightings(out)
+    assert seen.members.tolist() == list(range(8))[::-1]
 
 
 def test_no_images_are_an_error(marks):
@@ -187,6 +198,68 @@ def test_an_old_attitude_is_not_used(marks, picture_of_mark):
     joints = JointState(stamp=1, topic="/joint_states", names=("tilt",), positions=np.array([0.3]))
     (seen,) = sightings(run([joints, image_of(picture_of_mark, 10**9)], marks, tilt_joint="tilt", levelling="given"))
     assert seen.attitude == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize(("joint", "is_lost", "what"), [
+    ("pan_joint", True, "it tells where the camera is, and not where the robot is"),
+    ("tilt_joint", False, "its tilt is found by the lines alone"),
+])  # fmt: skip
+def test_where_a_head_is_turned_nobody_knows_while_its_joints_are_silent(marks, picture_of_mark, joint, is_lost, what):
+    joints = JointState(stamp=1, topic="/joint_states", names=("head",), positions=np.array([0.0]))
+    images = [image_of(picture_of_mark, 2), image_of(picture_of_mark, 10**9)]
+    out = run([joints, *images], marks, **{joint: "head"})
+    fresh, late = sightings(out)
+    assert np.all(np.isfinite(fresh.robot))
+    assert (late.status, np.all(np.isfinite(late.pose)), np.all(np.isnan(late.robot))) == ("ok", True, is_lost)
+    assert fresh.attitude[0] == pytest.approx(late.attitude[0], abs=0.01)
+    assert notices(out)["joints-silent"] == (
+        f"no joint states came within 0.5 s before an image on /camera/image_raw, and maybe others; {what}."
+    )
+
+
+def test_a_log_without_joint_states_tells_no_joint(marks, picture_of_mark):
+    with pytest.raises(ConfigError, match=re.escape(
+        "stripe-pose: there are no joint states in this log that tell of 'head'. Name their topic with --topic "
+        "joints=/NAME, or leave the joint out."
+    )):  # fmt: skip
+        run([image_of(picture_of_mark)], marks, pan_joint="head")
+
+
+def test_a_pan_joint_measures_no_tilt(marks, picture_of_mark):
+    joints = JointState(stamp=1, topic="/joint_states", names=("head",), positions=np.array([0.0]))
+    panned, plain = (run([joints, image_of(picture_of_mark, 2)], marks, **p) for p in ({"pan_joint": "head"}, {}))
+    assert sightings(panned)[0].cov == pytest.approx(sightings(plain)[0].cov)
+
+
+def test_a_tilt_that_nobody_stated_is_no_leaning_robot(marks):
+    """The lens of a robot that leans by 0.2 rad would be 0.1 m ahead of where it stands."""
+    image = image_of(picture(mark_of(), POSE, tilt=0.2), mount=None)
+    mount = {"mount_x_m": 0.2, "mount_y_m": 0.0, "mount_z_m": 0.5}
+    (level,) = sightings(run([image_of(picture(mark_of(), POSE))], marks))
+    for how in ({"levelling": "lines"}, {"tilt_sd_deg": 20.0}):
+        (seen,) = sightings(run([image], marks, **mount, **how))
+        assert seen.attitude[0] == pytest.approx(0.2, abs=0.02)
+        assert seen.robot[:2] == pytest.approx(level.robot[:2], abs=5e-3)
+
+
+def test_the_paper_finds_no_tilt_by_lines(marks, picture_of_mark):
+    for how in ({"method": "paper"}, {"tilt_model": "paper"}):
+        with pytest.raises(ConfigError, match=re.escape(
+            "stripe-pose: levelling: lines finds tilt and roll, which the paper takes as given. Leave it out, or use "
+            "method: best with tilt_model: camera."
+        )):  # fmt: skip
+            run([image_of(picture_of_mark)], marks, levelling="lines", **how)
+
+
+def test_nothing_but_damaged_images_is_an_error(marks, picture_of_mark):
+    image = image_of(picture_of_mark)
+    broken = Image(
+        stamp=1, source="image", topic="/camera/image_raw", encoding="png", data=image.data[:100], calibration=CAMERA
+    )
+    with pytest.raises(FormatError, match=re.escape(
+        "stripe-pose: all images of this log are damaged (1). Record them again."
+    )):  # fmt: skip
+        run([broken], marks)
 
 
 def test_a_joint_that_is_not_there_is_an_error(marks, picture_of_mark):

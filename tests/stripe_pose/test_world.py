@@ -41,7 +41,7 @@ def test_the_covariance_is_that_of_the_linearised_pose(mark, mount, pose, robot)
     J = np.stack([(at(h) - at(-h)) / 2e-6 for h in 1e-6 * np.eye(5)], axis=1)
     A = np.random.default_rng(0).standard_normal((5, 5))
     cov = 1e-4 * A @ A.T
-    assert robot_covariance(mark, pose, mount, cov) == pytest.approx(J @ cov @ J.T, rel=1e-6, abs=1e-12)
+    assert robot_covariance(mark, pose, mount, leaning, cov) == pytest.approx(J @ cov @ J.T, rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.parametrize("pan", [0.0, 40.0, 90.0, -120.0])
