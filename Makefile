@@ -35,7 +35,7 @@ demo: $(READY)
 	@echo "open demo/report.html"
 
 test: $(READY)
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 format: $(READY)
 	$(BIN)/ruff format .
@@ -88,7 +88,7 @@ oldest:
 	$(PYTHON) -m venv --clear .build/oldest
 	.build/oldest/bin/python -m pip install --quiet --disable-pip-version-check --upgrade pip 'setuptools>=77'
 	.build/oldest/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -c tests/oldest.txt -e '.[dev]'
-	.build/oldest/bin/python -m pytest -n auto
+	.build/oldest/bin/python -m pytest -n auto --dist worksteal
 
 samples: $(READY)
 	for world in ceiling stripe; do for kind in mcap bag; do \

@@ -60,8 +60,8 @@ def filtered(made: Scene, sigma: float) -> Array:
 def fitted(made: Scene) -> Array:
     """Return errors of edges as the fit to the brightness of all rows gives them, times the root of the rows [px]."""
     rows = clear_rows(made)
-    columns = np.ascontiguousarray(made.edge_columns(np.arange(rows[0], rows[-1] + 1)).T)
-    m = len(columns)
+    columns = made.edge_columns(np.arange(rows[0], rows[-1] + 1))
+    m = columns.shape[1]
     values, cov = np.empty(m + 5), np.empty((m + 5, m + 5))
     polarity = 1 - 2 * (np.arange(m) % 2)
     used = separate(made.image, (int(rows[0]), int(rows[-1])), columns, polarity, values, cov)

@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...formats.products import StripeMark
-from ..geometry.camera import Camera
 from .scene import Array, Scene, edges_of
 from .solve import Ends, Lines
 
@@ -136,30 +135,31 @@ def _in_image(scene: Scene, lines: Lines, row: float) -> tuple[Array, Array]:
     """Return the columns (n,) of lines at an image row [px], and their change per row."""
     camera = scene.eye.camera
     if camera.is_pinhole:
-        return _columns(camera, lines, np.array([row]))[:, 0], lines.slope * (-camera.fx / camera.fy)
-    three = _columns(camera, lines, np.array([row - 1.0, row, row + 1.0]))
-    return three[:, 1], 0.5 * (three[:, 2] - three[:, 0])
+        z = (camera.cy - row) / camera.fy
+        return camera.cx + camera.fx * (lines.x + lines.slope * (z - lines.z)), lines.slope * (-camera.fx / camera.fy)
+    three = _columns(scene, lines, np.array([row - 1.0, row, row + 1.0]))
+    return three[1], 0.5 * (three[2] - three[0])
 
 
-def _columns(camera: Camera, lines: Lines, rows: Array) -> Array:
-    """Return the columns (n, k) of lines at image rows (k,) [px]: a lens bends lines.
+def _columns(scene: Scene, lines: Lines, rows: Array) -> Array:
+    """Return the columns (k, n) of lines at image rows (k,) [px]: a lens bends lines.
 
     The height of a line that the lens shows on a row is found by Newton's method.
     """
-    z = np.repeat((camera.cy - rows)[None, :] / camera.fy, len(lines.x), axis=0)
+    camera = scene.eye.camera
+    if camera.is_pinhole:
+        columns, slopes = _in_image(scene, lines, 0.0)
+        return columns + np.multiply.outer(rows, slopes)
 
     def image(z: Array) -> Array:
-        x = lines.x[:, None] + lines.slope[:, None] * (z - lines.z[:, None])
-        if camera.is_pinhole:
-            return np.asarray(camera.cx + camera.fx * x)
-        return camera.distort(np.stack([x, -z], axis=-1)) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+        xy = np.stack([lines.x + lines.slope * (z - lines.z), -z], axis=-1)
+        return camera.distort(xy) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
 
-    if camera.is_pinhole:
-        return image(z)
     step = 1.0 / camera.fy
+    z = np.repeat((camera.cy - rows)[:, None] * step, len(lines.x), axis=1)
     for _ in range(3):
         at, above = image(z), image(z + step)
-        z -= step * (at[..., 1] - rows) / (above[..., 1] - at[..., 1])
+        z -= step * (at[..., 1] - rows[:, None]) / (above[..., 1] - at[..., 1])
     return np.ascontiguousarray(image(z)[..., 0])
 
 
@@ -176,7 +176,7 @@ def _separated(scene: Scene, mark: StripeMark, measured: Measured) -> Lines:
     used = 0
     middle = (rows[0] + rows[1]) // 2
     if n == len(edges_of(mark)[0]) and mark.bars is not None and rows[1] - rows[0] >= 2:
-        columns = _columns(camera, lines, np.arange(rows[0], rows[1] + 1.0))
+        columns = _columns(scene, lines, np.arange(rows[0], rows[1] + 1.0))
         if np.all(np.isfinite(columns)):
             used = separate(scene.pixels, rows, columns, edges_of(mark)[1], values, cov)
     offsets = values[:n]
@@ -184,7 +184,7 @@ def _separated(scene: Scene, mark: StripeMark, measured: Measured) -> Lines:
         blended = np.diag(np.full(n, (BLENDED_PX / camera.fx) ** 2))
         return Lines(lines.X, lines.x, lines.slope, lines.z, lines.cov + blended, lines.slope_var)
     # A pixel to the right on the middle row is so far to the right of the line.
-    columns = columns[:, middle - rows[0]]
+    columns = columns[middle - rows[0]]
     at = np.clip(np.floor(columns).astype(np.int64), 0, scene.pixels.shape[1] - 2)
     ray, pixel = scene.rays[middle, at], scene.rays[middle, at + 1] - scene.rays[middle, at]
     per_px = pixel[:, 0] - lines.slope * pixel[:, 1]

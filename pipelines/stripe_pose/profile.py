@@ -50,7 +50,7 @@ def _accumulate(  # noqa: C901  # sums, written out for speed
     pixels: Bytes, rows: tuple[int, int], columns: Array, polarity: Ints, values: Array, normal: Array, right: Array,
 ) -> float:  # fmt: skip
     """Sum the normal equations of eq. (1) over the rows from the first to the last; return the sum of squares."""
-    m = columns.shape[0]
+    m = columns.shape[1]
     blur = values[m + BLUR]
     n = m + N_SHARED
     row_of_J = np.empty(n)
@@ -58,18 +58,18 @@ def _accumulate(  # noqa: C901  # sums, written out for speed
     right[:] = 0.0
     squares = 0.0
     middle = (rows[1] - rows[0]) // 2
-    centre = 0.5 * (columns[0, middle] + columns[m - 1, middle])
+    centre = 0.5 * (columns[middle, 0] + columns[middle, m - 1])
     for row in range(rows[0], rows[1] + 1):
         h = row - rows[0]
-        left = max(math.ceil(columns[0, h] - MARGIN_PX), 0)
-        last = min(math.floor(columns[m - 1, h] + MARGIN_PX), pixels.shape[1] - 1)
+        left = max(math.ceil(columns[h, 0] - MARGIN_PX), 0)
+        last = min(math.floor(columns[h, m - 1] + MARGIN_PX), pixels.shape[1] - 1)
         for u in range(left, last + 1):
             t = u - centre
             amplitude = values[m + WHITE] + values[m + WHITE_RAMP] * t
             share, spread = 0.0, 0.0
             first_near, last_near = m, -1
             for i in range(m):
-                d = (u - columns[i, h] - values[i]) / blur
+                d = (u - columns[h, i] - values[i]) / blur
                 if d > 4.0:  # well to the right of this edge: it is wholly passed
                     share += polarity[i]
                     continue
@@ -108,7 +108,7 @@ def separate(pixels: Bytes, rows: tuple[int, int], columns: Array, polarity: Int
     Args:
         pixels: (H, W) image.
         rows: first and last row that all edges cross.
-        columns: (m, rows) where the edges are on each of these rows, increasing along the first axis [px].
+        columns: (rows, m) where the edges are on each of these rows, increasing [px].
         polarity: (m,) 1 from dark to bright, -1 from bright to dark.
         values: (m + 5,) filled with the offsets d_i and the blur [px], B, B', A, A' [grey levels].
         cov: (m + 5, m + 5) filled with their covariance.
@@ -116,7 +116,7 @@ def separate(pixels: Bytes, rows: tuple[int, int], columns: Array, polarity: Int
     Returns:
         Number of pixels that were fitted; 0 if there is no fit.
     """
-    m = columns.shape[0]
+    m = columns.shape[1]
     n = m + N_SHARED
     values[:] = 0.0
     values[m + BLUR] = FIRST_BLUR_PX
@@ -124,7 +124,7 @@ def separate(pixels: Bytes, rows: tuple[int, int], columns: Array, polarity: Int
     middle = (rows[1] - rows[0]) // 2
     row = rows[0] + middle
     low, high = 255.0, 0.0
-    for u in range(max(int(columns[0, middle]) - 2, 0), min(int(columns[m - 1, middle]) + 3, pixels.shape[1])):
+    for u in range(max(int(columns[middle, 0]) - 2, 0), min(int(columns[middle, m - 1]) + 3, pixels.shape[1])):
         low, high = min(low, float(pixels[row, u])), max(high, float(pixels[row, u]))
     values[m + BLACK], values[m + WHITE] = low, high - low
     normal, right = np.empty((n, n)), np.empty(n)
@@ -147,8 +147,8 @@ def separate(pixels: Bytes, rows: tuple[int, int], columns: Array, polarity: Int
             break
     count = 0
     for h in range(rows[1] - rows[0] + 1):
-        left = max(math.ceil(columns[0, h] - MARGIN_PX), 0)
-        count += min(math.floor(columns[m - 1, h] + MARGIN_PX), pixels.shape[1] - 1) - left + 1
+        left = max(math.ceil(columns[h, 0] - MARGIN_PX), 0)
+        count += min(math.floor(columns[h, m - 1] + MARGIN_PX), pixels.shape[1] - 1) - left + 1
     if count <= n:
         return 0
     cov[:, :] = np.linalg.inv(normal) * (squares / (count - n))

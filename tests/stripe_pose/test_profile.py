@@ -27,7 +27,7 @@ def bars(columns, blur, *, rows=20, slope=0.02, noise=0.0, width=60, seed=0):
 def fitted(image, columns, slope=0.02):
     values, cov = np.empty(9), np.empty((9, 9))
     rows = len(image)
-    lines = columns[:, None] + slope * (np.arange(rows) - rows / 2)
+    lines = columns + slope * (np.arange(rows) - rows / 2)[:, None]
     n = separate(image, (0, rows - 1), lines, POLARITY, values, cov)
     return n, values, cov
 
