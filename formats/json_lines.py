@@ -6,11 +6,16 @@ The first line may name the schema, ``{"logpose": "<name>/<version>"}``; numbers
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 from .errors import FormatError
+from .events import Event
+from .files import replacing_text
 from .text import text_lines
+
+E = TypeVar("E", bound=Event)
 
 
 def schema_line(schema: str) -> str:
@@ -36,6 +41,32 @@ def json_lines(path: str | Path, schema: str) -> Iterator[tuple[str, object]]:
                 raise FormatError(f"{where}: the file is {value['logpose']!r}, not {schema!r}. Convert it first.")
             continue
         yield where, value
+
+
+def read_events(path: str | Path, schema: str, parse: Callable[[object, str], E]) -> Iterator[E]:
+    """Yield what ``parse`` makes of the lines and where they stand, one by one; see ``json_lines``.
+
+    Raises:
+        FormatError: as of ``json_lines`` and ``parse``; stamps that go back.
+    """
+    last: int | None = None
+    for where, value in json_lines(path, schema):
+        event = parse(value, where)
+        if last is not None and event.stamp < last:
+            raise FormatError(f"{where}: stamp_ns {event.stamp} comes after {last}. Sort the lines by time.")
+        last = event.stamp
+        yield event
+
+
+def write_events(events: Iterable[E], path: str | Path, schema: str, line: Callable[[E], str]) -> int:
+    """Write the schema and a line of each event, and return the number of events; ``-`` is standard output."""
+    count = 0
+    with replacing_text(path) as stream:
+        stream.write(schema_line(schema))
+        for event in events:
+            stream.write(line(event))
+            count += 1
+    return count
 
 
 def or_none(value: float) -> float | None:

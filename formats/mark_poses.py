@@ -23,8 +23,7 @@ import numpy as np
 
 from .errors import FormatError
 from .events import NO_ID, Array, MarkSighting
-from .files import replacing_text
-from .json_lines import json_lines, json_number, or_none, schema_line
+from .json_lines import json_number, or_none, read_events, schema_line, write_events
 
 SCHEMA = "mark-poses/1"
 HEADER = schema_line(SCHEMA)
@@ -108,13 +107,7 @@ def mark_pose_line(event: MarkSighting) -> str:
 
 def write_mark_poses(events: Iterable[MarkSighting], path: str | Path) -> int:
     """Write ``poses.jsonl`` and return the number of sightings; ``-`` is standard output."""
-    count = 0
-    with replacing_text(path) as stream:
-        stream.write(HEADER)
-        for event in events:
-            stream.write(mark_pose_line(event))
-            count += 1
-    return count
+    return write_events(events, path, SCHEMA, mark_pose_line)
 
 
 def read_mark_poses(path: str | Path) -> Iterator[MarkSighting]:
@@ -124,13 +117,7 @@ def read_mark_poses(path: str | Path) -> Iterator[MarkSighting]:
         FormatError: the file cannot be read, is of another version, or a line is not what it should be; stamps that go
             back. An empty file holds no sighting and is no error.
     """
-    last: int | None = None
-    for where, value in json_lines(path, SCHEMA):
-        event = mark_pose_from_json(value, where=where)
-        if last is not None and event.stamp < last:
-            raise FormatError(f"{where}: stamp_ns {event.stamp} comes after {last}. Sort the lines by time.")
-        last = event.stamp
-        yield event
+    return read_events(path, SCHEMA, lambda value, where: mark_pose_from_json(value, where=where))
 
 
 def _named(keys: tuple[str, ...], values: Array) -> dict[str, object]:

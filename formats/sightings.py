@@ -20,8 +20,7 @@ import numpy as np
 
 from .errors import FormatError
 from .events import NO_ID, Sightings
-from .files import replacing_text
-from .json_lines import json_lines, json_number, or_none, schema_line
+from .json_lines import json_number, or_none, read_events, schema_line, write_events
 
 SCHEMA = "sightings/1"
 HEADER = schema_line(SCHEMA)
@@ -97,13 +96,7 @@ def sightings_line(event: Sightings) -> str:
 
 def write_sightings(events: Iterable[Sightings], path: str | Path) -> int:
     """Write ``sightings.jsonl`` and return the number of events; ``-`` is standard output."""
-    count = 0
-    with replacing_text(path) as stream:
-        stream.write(HEADER)
-        for event in events:
-            stream.write(sightings_line(event))
-            count += 1
-    return count
+    return write_events(events, path, SCHEMA, sightings_line)
 
 
 def read_sightings(path: str | Path) -> Iterator[Sightings]:
@@ -113,13 +106,7 @@ def read_sightings(path: str | Path) -> Iterator[Sightings]:
         FormatError: the file cannot be read, is of another version, or a line is not what it should be;
             stamps that go back. An empty file holds no event and is no error.
     """
-    last: int | None = None
-    for where, value in json_lines(path, SCHEMA):
-        event = sightings_from_json(value, where=where)
-        if last is not None and event.stamp < last:
-            raise FormatError(f"{where}: stamp_ns {event.stamp} comes after {last}. Sort the lines by time.")
-        last = event.stamp
-        yield event
+    return read_events(path, SCHEMA, lambda value, where: sightings_from_json(value, where=where))
 
 
 def _row(row: object, where: str) -> tuple[list[float], int]:
