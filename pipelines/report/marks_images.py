@@ -67,7 +67,7 @@ def title_of(snapshot: Snapshot) -> str:
         case "typical":
             return f"typical of {snapshot.of} images used" if snapshot.of > 1 else "the only image used"
         case "worst":
-            return f"largest residual of {snapshot.of} images used: {left:.2f} px"
+            return f"largest residual of {snapshot.of} images used: {left:.3f} px"
         case "refused":
             return f"one of {snapshot.of} images not used" if snapshot.of > 1 else "the only image not used"
 
@@ -82,7 +82,7 @@ def pose_in_words(event: MarkSighting) -> str:
     sd_angle = float(np.degrees(np.sqrt(max(float(event.cov[0, 0]), 0.0))))
     sd_distance = float(np.sqrt(max(float(toward @ event.cov @ toward), 0.0)))
     words = f"{name}: φ {np.degrees(event.pose[0]):.2f}°±{sd_angle:.2f}°, {distance:.3f} m±{1000 * sd_distance:.1f} mm"
-    words += f", {len(event.lines)} edges, residual {residual_of(event):.2f} px"
+    words += f", {len(event.lines)} edges, residual {residual_of(event):.3f} px"
     return words if event.status == "ok" else f"{words}, {event.status}"
 
 

@@ -75,7 +75,7 @@ def test_the_words_hold_the_numbers_with_their_standard_deviations(marked):
     event = marked.sighting(1, marked.room().marks[0], np.array([np.radians(30.0), 0.6, 0.8]))
     event = replace(event, cov=np.diag([np.radians(0.5), 0.003, 0.004]) ** 2, lines=np.zeros((8, 5)))
     # distance 1 m; its variance is (0.6 x 3 mm)^2 + (0.8 x 4 mm)^2 = (3.67 mm)^2
-    assert pose_in_words(event) == "mark 1: φ 30.00°±0.50°, 1.000 m±3.7 mm, 8 edges, residual 0.00 px"
+    assert pose_in_words(event) == "mark 1: φ 30.00°±0.50°, 1.000 m±3.7 mm, 8 edges, residual 0.000 px"
     assert pose_in_words(replace(event, status="ambiguous")).endswith(", ambiguous")
     assert pose_in_words(marked.sighting(1)) == "no mark"
 
