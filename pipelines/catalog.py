@@ -1,4 +1,4 @@
-"""Stage name -> function, and bundled pipeline name -> YAML: the one table that knows every system by name."""
+"""Stage name -> function, subcommand -> pipeline: the one table that knows every system by name."""
 
 from pathlib import Path
 
@@ -23,15 +23,12 @@ STAGES = {
     "write-trajectory": "logpose.pipelines.write:write_trajectory",
 }
 
-PIPELINES = {
-    "detect-circles": _HERE / "detect_circles" / "detect_circles.yaml",
-    "localize-pf": _HERE / "localize_pf" / "localize_pf.yaml",
-    "stripe-pose": _HERE / "stripe_pose" / "stripe_pose.yaml",
-}
-
 SUITS = {
     "detect-circles": ("image",),
     "localize-pf": ("image|sightings", "odometry"),
     "stripe-pose": ("image",),
 }
-"""Subcommand -> roles a log must be able to fill; alternatives separated by a bar. ``inspect`` reads it."""
+"""Subcommand that runs a pipeline -> roles a log must be able to fill; alternatives separated by a bar."""
+
+PIPELINES = {name: _HERE / word / f"{word}.yaml" for name in SUITS for word in [name.replace("-", "_")]}
+"""Subcommand -> its bundled pipeline, which lies in the folder of the same name."""
