@@ -16,7 +16,7 @@ from ..pipelines.engine.dump import dump_pipeline
 from ..pipelines.engine.pipeline import assign, bind, overlay
 from ..pipelines.engine.report import report_json
 from ..pipelines.engine.run import Request, run
-from .options import setting
+from .options import flag_of, setting
 from .talk import Talk, depfile
 
 
@@ -28,19 +28,18 @@ class Call:
         name: of the bundled pipeline, or of the pipeline file for ``run``.
         options: the values of ``run_options``.
         flags: option -> the parameters (``stage.key``) its value goes to, if it is given.
+        stream: writer that stays, with its path on standard output, under ``-o -``.
+        overlays: stage that draws what was found over the images, if ``--overlays`` asks for it.
         swaps: stage -> stage that takes its place, with its parameters.
-        inserts, appends: stages put in front and at the end.
         topics: roles whose topic the subcommand's flags decide.
-        streams: writer that stays, with its path on standard output, under ``-o -``.
     """
 
     name: str
     options: Mapping[str, Any]
     flags: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    stream: str | None = None
+    overlays: str | None = None
     swaps: Mapping[str, tuple[str, Mapping[str, object]]] = field(default_factory=dict)
-    inserts: tuple[tuple[str, Mapping[str, object]], ...] = ()
-    appends: tuple[tuple[str, Mapping[str, object]], ...] = ()
-    streams: str | None = None
     topics: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -55,7 +54,7 @@ def execute(call: Call) -> int:
         _refuse_with_stream(options)
         document = _stream_only(document, call)
     out = Path() if is_stream else Path(options["output"] or _default_folder(call))
-    flags = {target: f"--{option.replace('_', '-')}" for option, targets in call.flags.items() for target in targets}
+    flags = {target: flag_of(option) for option, targets in call.flags.items() for target in targets}
     if options["show_pipeline"]:
         click.echo(dump_pipeline(bind(document, STAGES, out, flags), Path(), out, with_workers=True), nl=False)
         return 0
@@ -81,19 +80,37 @@ def execute(call: Call) -> int:
 
 def _dressed(document: Document, call: Call) -> Document:
     """Lay ``-c`` files, ``--set`` and flags over the bundled pipeline, in this order."""
-    for path in call.options["config"]:
+    options = call.options
+    for path in options["config"]:
         document = overlay(document, read_document(Path(path)))
-    here = Path()
-    swapped = [_entry(*call.swaps[entry.name]) if entry.name in call.swaps else entry for entry in document.stages]
-    front, end = ([_entry(*item) for item in items] for items in (call.inserts, call.appends))
-    document = replace(document, stages=(*front, *swapped, *end))
-    given = (setting(text) for text in call.options["settings"])
-    settings = [(key, Value(value, "--set", here)) for key, value in given]
+    stages = [_entry(*call.swaps[entry.name]) if entry.name in call.swaps else entry for entry in document.stages]
+    reference, overlays = options.get("reference"), options.get("overlays")
+    if reference is not None:
+        stages.insert(0, _entry("read-truth", {"path": reference}))
+    if call.overlays is not None and overlays:
+        stages.append(_entry(call.overlays, {"path": overlays}))
+    document = replace(document, stages=tuple(stages), topics={**document.topics, **_topics(call)})
+    given = (setting(text) for text in options["settings"])
+    settings = [(key, Value(value, "--set", Path())) for key, value in given]
     settings += _flags(document, call)
-    settings += _everywhere(document, "seed", call.options["seed"])
-    settings += _everywhere(document, "workers", call.options["workers"])
-    topics = {**document.topics, **call.topics, **dict(_topic(text) for text in call.options["topics"])}
-    return replace(assign(document, settings), topics=topics)
+    settings += _everywhere(document, "seed", options["seed"])
+    settings += _everywhere(document, "workers", options["workers"])
+    return assign(document, settings)
+
+
+def _topics(call: Call) -> dict[str, str]:
+    """Return the topics that flags decide; what is named with ``--topic`` wins."""
+    topics = dict(call.topics)
+    if _is_topic(call.options.get("initial_pose")):
+        topics["initial_pose"] = call.options["initial_pose"]
+    if call.options.get("reference") is not None:
+        topics["truth"] = "none"
+    return topics | dict(_topic(text) for text in call.options["topics"])
+
+
+def _is_topic(initial_pose: str | None) -> bool:
+    """Tell whether ``--initial-pose`` says where a start pose is logged, instead of what it is."""
+    return initial_pose is not None and (initial_pose.startswith("/") or initial_pose == "none")
 
 
 def _flags(document: Document, call: Call) -> list[tuple[str, Value]]:
@@ -101,8 +118,8 @@ def _flags(document: Document, call: Call) -> list[tuple[str, Value]]:
     names = {entry.name for entry in document.stages}
     settings = []
     for option, targets in call.flags.items():
-        value, flag = call.options[option], "--" + option.replace("_", "-")
-        if value is None:
+        value, flag = call.options.get(option), flag_of(option)
+        if value is None or (option == "initial_pose" and _is_topic(value)):
             continue
         there = [target for target in targets if target.rpartition(".")[0] in names]
         if not there:
@@ -134,11 +151,10 @@ def _topic(text: str) -> tuple[str, str]:
 
 def _stream_only(document: Document, call: Call) -> Document:
     """Keep the computing stages, those that were asked for, and the writer whose result goes to standard output."""
-    if call.streams is None:
+    if call.stream is None:
         raise ConfigError(f"{call.name}: several results, none of them a stream. Name a folder with -o DIR.")
-    asked_for = {name for name, _ in call.appends}
-    stages = [e for e in document.stages if e.name in asked_for or not e.name.startswith("write-")]
-    writer = next(entry for entry in document.stages if entry.name == call.streams)
+    stages = [e for e in document.stages if e.name == call.overlays or not e.name.startswith("write-")]
+    writer = next(entry for entry in document.stages if entry.name == call.stream)
     return replace(document, stages=(*stages, writer.with_values({"path": Value("-", "-o", Path())})))
 
 

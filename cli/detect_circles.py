@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from .main import COMMANDS
-from .options import run_options
+from .options import camera_option, overlays_option, run_options
 
 FLAGS = {
     "method": ["detect-circles.method"],
@@ -30,23 +30,16 @@ POLARITIES = click.Choice(["bright", "dark", "both"])
 )
 @run_options
 @click.option("--method", type=METHODS, help="Sub-pixel detector, or the paper's. [default: best]")
-@click.option("--camera", metavar="FILE", help="Calibration, instead of CameraInfo in the log.")
+@camera_option
 @click.option("--ceiling", type=float, metavar="M", help="Height of the features above base_link [m].")
 @click.option("--lamp-diameter", type=float, metavar="M", help="Diameter of the lamps [m]; a wide range without it.")
 @click.option("--map", metavar="FILE", help="Landmark map whose height is the ceiling's.")
 @click.option("--polarity", type=POLARITIES, help="Bright or dark circles. [default: bright]")
-@click.option("--overlays", metavar="DIR", help="Also draw what was found over each image; a folder in the run folder.")
+@overlays_option
 def command(**options: Any) -> int:
     """Run the bundled pipeline."""
     from .call import Call, execute
 
-    overlays = options["overlays"]
     return execute(
-        Call(
-            name="detect-circles",
-            options=options,
-            flags=FLAGS,
-            streams="write-sightings",
-            appends=(("write-overlays", {"path": overlays}),) if overlays else (),
-        )
+        Call(name="detect-circles", options=options, flags=FLAGS, stream="write-sightings", overlays="write-overlays")
     )

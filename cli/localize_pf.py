@@ -5,7 +5,14 @@ from typing import Any
 import click
 
 from .main import COMMANDS
-from .options import run_options
+from .options import (
+    camera_option,
+    initial_pose_option,
+    method_option,
+    reference_option,
+    run_options,
+    waypoints_option,
+)
 
 FLAGS = {
     "method": ["detect-circles.method", "localize-pf.method"],
@@ -16,6 +23,7 @@ FLAGS = {
     "lamp_diameter": ["detect-circles.lamp_diameter_m"],
     "waypoints": ["evaluate.waypoints"],
 }
+STREAM = "write-trajectory"
 
 
 @click.command(
@@ -30,37 +38,23 @@ FLAGS = {
 )
 @run_options
 @click.option("--map", metavar="FILE", help="Landmark map, YAML or CSV.")
-@click.option("--initial-pose", metavar="X,Y,DEG", help="Start pose [m, m, deg], or a topic, instead of /initialpose.")
+@initial_pose_option
 @click.option("--sightings", metavar="FILE|-", help="Sightings of detect-circles, instead of images.")
-@click.option("--method", type=click.Choice(["best", "paper"]), help="Our way, or the paper's. [default: best]")
-@click.option("--camera", metavar="FILE", help="Calibration, instead of CameraInfo in the log.")
+@method_option
+@camera_option
 @click.option(
     "--ceiling", type=float, metavar="M", help="Height of the lamps above base_link [m]. [default: the map's]"
 )
 @click.option("--lamp-diameter", type=float, metavar="M", help="Diameter of the lamps [m]; a wide range without it.")
-@click.option("--reference", metavar="FILE|LOG:/TOPIC", help="Trajectory to measure the error against.")
-@click.option("--waypoints", metavar="FILE", help="Waypoints whose passes are tabulated, as in the paper.")
+@reference_option
+@waypoints_option
 def command(**options: Any) -> int:
-    """Run the bundled pipeline, with what its flags put in place of images, start pose or truth."""
+    """Run the bundled pipeline; ``--sightings`` takes the place of the detector and its images."""
     from .call import Call, execute
 
-    start, sightings, reference = options["initial_pose"], options["sightings"], options["reference"]
-    topics = {}
-    if start is not None and (start.startswith("/") or start == "none"):
-        topics["initial_pose"] = start
-        options["initial_pose"] = None
+    sightings = options["sightings"]
+    swaps, topics = {}, {}
     if sightings is not None:
-        topics |= dict.fromkeys(("image", "camera_info", "sightings"), "none")
-    if reference is not None:
-        topics["truth"] = "none"
-    return execute(
-        Call(
-            name="localize-pf",
-            options=options,
-            flags=FLAGS,
-            streams="write-trajectory",
-            topics=topics,
-            swaps={"detect-circles": ("read-sightings", {"path": sightings})} if sightings else {},
-            inserts=(("read-truth", {"path": reference}),) if reference else (),
-        )
-    )
+        swaps = {"detect-circles": ("read-sightings", {"path": sightings})}
+        topics = dict.fromkeys(("image", "camera_info", "sightings"), "none")
+    return execute(Call(name="localize-pf", options=options, flags=FLAGS, stream=STREAM, swaps=swaps, topics=topics))

@@ -79,9 +79,42 @@ _RUN_OPTIONS: list[Callable[[Any], Any]] = [
     click.option("--workers", type=int, metavar="N", help="Threads for stages that work on single messages."),
     click.option("--depfile", metavar="FILE", help="Also write the dependencies of the result for make."),
     click.option("--show-pipeline", is_flag=True, help="Print the pipeline that would run, and stop."),
-    click.option("--json", "as_json", is_flag=True, help="Print the report to standard output."),
+    click.option("--json", "as_json", is_flag=True, default=None, help="Print the report to standard output."),
     click.option("-q", "--quiet", is_flag=True, help="Say nothing but warnings and errors."),
 ]
+
+
+method_option = click.option(
+    "--method", type=click.Choice(["best", "paper"]), help="Our way, or the paper's. [default: best]"
+)
+camera_option = click.option("--camera", metavar="FILE", help="Calibration, instead of CameraInfo in the log.")
+initial_pose_option = click.option(
+    "--initial-pose", metavar="X,Y,DEG", help="Start pose [m, m, deg], or a topic, instead of /initialpose."
+)
+reference_option = click.option(
+    "--reference", metavar="FILE|LOG:/TOPIC", help="Trajectory to measure the error against."
+)
+waypoints_option = click.option("--waypoints", metavar="FILE", help="Waypoints whose passes are tabulated.")
+overlays_option = click.option(
+    "--overlays", metavar="DIR", help="Also draw what was found over each image; a folder in the run folder."
+)
+
+
+def flag_of(option: str) -> str:
+    """Return how the command line writes an option."""
+    words = {"settings": "set", "topics": "topic", "as_json": "json"}
+    return "--" + words.get(option, option).replace("_", "-")
+
+
+def numbers(text: str, flag: str, count: int, form: str) -> list[float]:
+    """Return the finite numbers of ``text``, separated by commas; ``form`` says which they are."""
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise ConfigError(f"{flag} {text}: is not {form}. Give {count} finite numbers.")
+    return values
 
 
 def setting(text: str) -> tuple[str, object]:
