@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from .main import COMMANDS
-from .options import traceback_option
+from .options import traceback_option, waypoints_option
 
 
 @click.command(
@@ -34,7 +34,7 @@ from .options import traceback_option
     metavar="N|M",
     help="Step of the relative error: 1f is one frame, 10m ten metres. [default: 1f]",
 )
-@click.option("--waypoints", metavar="FILE", help="Waypoints whose passes are tabulated.")
+@waypoints_option
 @click.option(
     "--fail-if",
     "gates",
@@ -58,6 +58,7 @@ def command(
     """Read both, compare, print, and check the gates."""
     from ..formats.errors import GateError
     from ..formats.trajectory import read_trajectory
+    from ..formats.waypoints import read_waypoints
     from ..pipelines.catalog import STAGES
     from ..pipelines.engine.document import Document, StageEntry, Value
     from ..pipelines.engine.pipeline import bind
@@ -78,7 +79,8 @@ def command(
     entry = StageEntry("evaluate", "the command line", values)
     params = bind(Document("evaluate", {}, (entry,)), STAGES, Path()).stages[0].params
     assert isinstance(params, EvaluateParams)
-    evaluation = evaluate(read_trajectory(reference), read_trajectory(estimate), params)
+    places = None if waypoints is None else read_waypoints(waypoints)
+    evaluation = evaluate(read_trajectory(reference), read_trajectory(estimate), params, places)
     click.echo(dump_json(evaluation.to_json()) if as_json else table(evaluation))
     failed = failed_gates(parsed, evaluation.result)
     if failed:

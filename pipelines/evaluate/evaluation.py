@@ -8,7 +8,7 @@ What comes out is the ``logpose.evaluation/1`` of ``logpose evaluate --json`` an
 The figures equal those of evo 1.38 where it has them and every pose has one partner.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -18,7 +18,7 @@ from pydantic import field_validator
 from ...formats.errors import FormatError
 from ...formats.poses import check_trajectory
 from ...formats.products import Trajectory
-from ...formats.waypoints import read_waypoints
+from ...formats.waypoints import Waypoint
 from ..engine.params import Field, InputPath, Params
 from ..geometry import so3
 from ..geometry.angles import Array
@@ -81,13 +81,16 @@ class Evaluation:
         return {"schema": SCHEMA, "result": dict(self.result)}
 
 
-def evaluate(reference: Trajectory, estimate: Trajectory, params: EvaluateParams) -> Evaluation:
+def evaluate(
+    reference: Trajectory, estimate: Trajectory, params: EvaluateParams, waypoints: Sequence[Waypoint] | None = None
+) -> Evaluation:
     """Compare a trajectory with its reference.
 
     Args:
         reference: the truth, stamps not decreasing.
         estimate: what is scored, stamps not decreasing.
         params: how.
+        waypoints: what stands in the file ``params.waypoints``; None: no passes are sought.
 
     Raises:
         FormatError: one of them is empty, unsorted or holds what is no number (the pose is named); no poses match
@@ -119,8 +122,8 @@ def evaluate(reference: Trajectory, estimate: Trajectory, params: EvaluateParams
     }
     if paired.covariances is not None and params.align == "none":
         result["consistency"] = consistency(paired_truth, paired)
-    if params.waypoints is not None:
-        places = [(w.name, w.x, w.y) for w in read_waypoints(params.waypoints)]
+    if waypoints is not None:
+        places = [(w.name, w.x, w.y) for w in waypoints]
         found = passes(truth, alignment.apply(guess), places, params.waypoint_radius_m)
         result["waypoints"] = [p.to_json() for p in found]
         result["waypoint_summary"] = summary(found)

@@ -7,7 +7,7 @@ import numpy as np
 from ...formats.errors import FormatError
 from ...formats.events import Event, Notice, Pose, Summary
 from ...formats.products import Trajectory
-from ...formats.waypoints import read_waypoints
+from ...formats.waypoints import Waypoint, read_waypoints
 from .evaluation import EvaluateParams
 from .evaluation import evaluate as compare
 
@@ -17,8 +17,7 @@ ROLES = frozenset({"truth", "initial_pose", "pose"})
 
 def evaluate(events: Iterator[Event], params: EvaluateParams) -> Iterator[Event]:
     """Compare the poses of an estimator with the truth; says nothing in a log without truth."""
-    if params.waypoints is not None:
-        read_waypoints(params.waypoints)  # what is wrong with it is said before the log is read
+    waypoints = None if params.waypoints is None else read_waypoints(params.waypoints)  # before the log is read
     truth: list[Pose] = []
     estimate: list[Pose] = []
     stamp = 0
@@ -34,17 +33,22 @@ def evaluate(events: Iterator[Event], params: EvaluateParams) -> Iterator[Event]
             source = source or event.source
             if event.source == source:
                 estimate.append(event)
-    yield from _verdict(truth, estimate, source, stamp, params)
+    yield from _verdict(truth, estimate, source, stamp, params, waypoints)
 
 
 def _verdict(
-    truth: list[Pose], estimate: list[Pose], source: str, stamp: int, params: EvaluateParams
+    truth: list[Pose],
+    estimate: list[Pose],
+    source: str,
+    stamp: int,
+    params: EvaluateParams,
+    waypoints: list[Waypoint] | None,
 ) -> Iterator[Event]:
     def notice(code: str, message: str, *, is_loss: bool = False) -> Notice:
         return Notice(stamp=stamp, source="evaluate", code=code, message=message, is_loss=is_loss)
 
     if not truth:
-        if params.waypoints is not None:
+        if waypoints is not None:
             message = "waypoints are given, but there is no truth to find their passes in. Pass --reference FILE."
             yield notice("waypoints-without-truth", message)
         return
@@ -53,7 +57,7 @@ def _verdict(
         yield notice("evaluate-no-estimate", f"there is a truth but no pose {words}to compare with it")
         return
     try:
-        evaluation = compare(trajectory(truth), trajectory(estimate), params)
+        evaluation = compare(trajectory(truth), trajectory(estimate), params, waypoints)
     except FormatError as err:
         yield notice("evaluate-failed", str(err), is_loss=True)
         return

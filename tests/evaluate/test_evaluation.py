@@ -5,7 +5,7 @@ import pytest
 
 from logpose.formats.errors import FormatError
 from logpose.formats.products import Trajectory
-from logpose.formats.waypoints import Waypoint, write_waypoints
+from logpose.formats.waypoints import Waypoint
 from logpose.pipelines.evaluate.evaluation import EvaluateParams, evaluate
 from logpose.pipelines.evaluate.table import table
 from logpose.pipelines.geometry import so3
@@ -136,10 +136,9 @@ def test_consistency_is_there_where_covariances_are():
 
 
 @pytest.fixture
-def with_waypoints(tmp_path):
-    path = tmp_path / "w.yaml"
-    write_waypoints([Waypoint("A", *drive().positions[20, :2]), Waypoint("far", 90.0, 0.0)], path)
-    return evaluate(drive(), drive(offset=(0.3, -0.4)), EvaluateParams(waypoints=str(path)))
+def with_waypoints():
+    waypoints = [Waypoint("A", *drive().positions[20, :2]), Waypoint("far", 90.0, 0.0)]
+    return evaluate(drive(), drive(offset=(0.3, -0.4)), EvaluateParams(), waypoints)
 
 
 def test_waypoints_are_tabulated(with_waypoints):
