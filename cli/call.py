@@ -10,12 +10,12 @@ import click
 from ..formats.errors import ConfigError
 from ..formats.log import ROLES, parse_window
 from ..pipelines.catalog import PIPELINES, STAGES
-from ..pipelines.engine.catalog import load_stage
 from ..pipelines.engine.document import Document, StageEntry, Value, read_document
 from ..pipelines.engine.dump import dump_pipeline
 from ..pipelines.engine.pipeline import assign, bind, overlay
 from ..pipelines.engine.report import report_json
 from ..pipelines.engine.run import Request, run
+from ..pipelines.engine.stage import load_stage
 from .options import flag_of, setting
 from .talk import Talk, depfile
 

@@ -8,7 +8,7 @@ import pytest
 
 from logpose.cli.main import COMMANDS, group
 from logpose.pipelines.catalog import PIPELINES, STAGES
-from logpose.pipelines.engine.catalog import load_stage
+from logpose.pipelines.engine.stage import load_stage
 
 ROOT = Path(__file__).parent.parent
 CODE = ("cli", "formats", "pipelines")

@@ -13,9 +13,9 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ...formats.errors import ConfigError
-from .catalog import StageSpec, Table, closest, load_stage
 from .document import Document, StageEntry, Value
 from .params import Params, PathRole
+from .stage import StageSpec, Table, closest, load_stage
 
 AUTO, NONE = "auto", "none"
 

@@ -5,8 +5,8 @@ import typing
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from .catalog import Table, load_stage
 from .params import PathRole
+from .stage import Table, load_stage
 
 
 def reference(table: Table) -> str:

@@ -15,12 +15,12 @@ from ...formats.files import replacing_text
 from ...formats.log import Log, Window, open_log
 from ...formats.process import peak_memory_mib
 from .allocator import keep_buffers
-from .catalog import Table
 from .chain import Chain
 from .document import Document
 from .dump import dump_pipeline
 from .pipeline import NONE, Pipeline, bind
 from .report import Result, messages_json, report_json
+from .stage import Table
 
 Watch = Callable[[Event, Log], None]
 

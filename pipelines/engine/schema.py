@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from .catalog import Table, load_stage
+from .stage import Table, load_stage
 
 
 def pipeline_schema(table: Table) -> dict[str, Any]:
