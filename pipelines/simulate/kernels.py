@@ -13,18 +13,14 @@ import numpy.typing as npt
 from numba import njit
 
 from ...formats.events import Array, Bytes
+from .shapes import DISC, HEXAGON, RECTANGLE, BarNumbers, CellTables, Ints
 
 F = TypeVar("F", bound=Callable[..., Any])
-Ints = npt.NDArray[np.int64]
 Indices = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float32]
 
 Level = tuple[Bytes, int, int, int, float, bool, float]
-Cells = tuple[float, int, int, Ints, Ints, Ints, Ints]
-Bars = tuple[float, float, float, float, float, float, float]
-Surface = tuple[Level, Bars, Cells, Array, Array, Array]
-
-DISC, RECTANGLE, ROUNDED, HEXAGON = 0, 1, 2, 3
+Surface = tuple[Level, BarNumbers, CellTables, Array, Array, Array]
 
 
 def _compiled(function: F) -> F:

@@ -16,11 +16,10 @@ DISC, RECTANGLE, ROUNDED, HEXAGON = 0, 1, 2, 3
 CELL_M = 0.2
 MARGIN_M = 0.03
 
+Ints = npt.NDArray[np.int64]
 BarNumbers = tuple[float, float, float, float, float, float, float]
 NO_BARS = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-CellTables = tuple[
-    float, int, int, npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]
-]
+CellTables = tuple[float, int, int, Ints, Ints, Ints, Ints]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,14 +117,7 @@ class Drawing:
         return self._tables
 
 
-def ring(x: float, y: float, diameter: float, inner: float, radiance: float, inside: float) -> list[Shape]:
-    """Return a ring as two discs: the outer one, and what is seen through it."""
-    return [Shape(DISC, x, y, diameter, diameter, radiance), Shape(DISC, x, y, inner, inner, inside)]
-
-
-def _cells(
-    boxes: Sequence[tuple[float, float, float, float]], columns: int, rows: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _cells(boxes: Sequence[tuple[float, float, float, float]], columns: int, rows: int) -> tuple[Ints, Ints]:
     """Return starts (cells + 1,) and list of the boxes (x, y, half sides) that reach into each cell, in their order."""
     cells, items = [], []
     for index, (x, y, half_x, half_y) in enumerate(boxes):

@@ -8,7 +8,7 @@ import pytest
 from logpose.formats.calibration import Calibration
 from logpose.pipelines.simulate.camera import CameraParams, MountParams, View, base_camera, look, project, rpy
 from logpose.pipelines.simulate.renderer import Patch, Texture, depth_image, finer, plane_rows, render
-from logpose.pipelines.simulate.shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape, ring
+from logpose.pipelines.simulate.shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape
 
 LENS = (-0.15, 0.02, 0.001, -0.0005, 0.0)
 BENT = Calibration(320, 240, 322.0, 323.0, 160.3, 118.9, "plumb_bob", LENS)
@@ -174,7 +174,8 @@ def test_tilt_shifts_the_image_by_height_times_angle(centroid):
 
 
 def test_a_rigid_move_of_the_whole_world_changes_nothing():
-    shapes = [disc(5.2, 5.3), Shape(ROUNDED, 4.6, 4.9, 0.2, 0.1, 0.7, 0.5, 0.02), *ring(5.5, 4.6, 0.3, 0.2, 0.9, 0.1)]
+    ring = [disc(5.5, 4.6, 0.15, 0.9), disc(5.5, 4.6, 0.1, 0.1)]
+    shapes = [disc(5.2, 5.3), Shape(ROUNDED, 4.6, 4.9, 0.2, 0.1, 0.7, 0.5, 0.02), *ring]
     texture = Texture.of(np.random.default_rng(0).integers(0, 256, (64, 64), np.uint8), 40.0, is_tiled=True)
     patch = replace(
         ceiling(shapes, glows=[Glow(5.2, 5.3, 0.07, 0.2, 0.05, 0.4)], bars=Bars(0.6, 0.02, 0.5)), texture=texture

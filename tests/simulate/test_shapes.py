@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from logpose.pipelines.simulate.shapes import CELL_M, DISC, HEXAGON, RECTANGLE, Drawing, Glow, Shape, ring
+from logpose.pipelines.simulate.shapes import CELL_M, DISC, HEXAGON, RECTANGLE, Drawing, Glow, Shape
 
 
 def listed(tables, x, y, which):
@@ -43,4 +43,3 @@ def test_an_empty_drawing_has_empty_cells():
 def test_reach_holds_the_whole_shape():
     assert Shape(RECTANGLE, 0, 0, 0.3, 0.4, 1).reach == 0.25
     assert Shape(HEXAGON, 0, 0, 1.0, 1.0, 1).reach > 1 / 3**0.5
-    assert [s.length for s in ring(0, 0, 0.3, 0.2, 1.0, 0.0)] == [0.3, 0.2]
