@@ -33,39 +33,6 @@ NOMINAL = {
 """base_R_camera of a camera that is mounted straight."""
 
 
-class MountParams(Params):
-    """Where a sensor sits on the robot (``base_link``: on the floor, x forward, y left, z up)."""
-
-    x_m: float = Field(0.0, description="forward of the robot's centre [m]")
-    y_m: float = Field(0.0, description="left of the robot's centre [m]")
-    z_m: float = Field(0.0, ge=0, description="above the floor [m]")
-    roll_deg: float = Field(0.0, ge=-180, le=180, description="turn about the robot's x axis [deg]")
-    pitch_deg: float = Field(0.0, ge=-90, le=90, description="turn about the robot's y axis [deg]")
-    yaw_deg: float = Field(0.0, ge=-180, le=180, description="turn about the robot's z axis [deg]")
-
-
-class CameraParams(Params):
-    """One camera: where its images go in the log, its lens, its place on the robot."""
-
-    topic: str = Field("/ceiling/image_raw", description="topic of the images")
-    info_topic: str = Field("/ceiling/camera_info", description="topic of the calibration")
-    frame: str = Field("ceiling_camera_optical_frame", description="coordinate frame of the camera")
-    looks: Literal["up", "forward"] = Field("up", description="where a camera with a straight mount looks")
-    rate_hz: float = Field(10.0, gt=0, le=1000, description="images per second [Hz]")
-    width_px: int = Field(640, ge=16, le=8192, description="image width [px]")
-    height_px: int = Field(480, ge=16, le=8192, description="image height [px]")
-    fx_px: float = Field(645.33, gt=0, description="focal length, horizontal [px]")
-    fy_px: float = Field(645.33, gt=0, description="focal length, vertical [px]")
-    cx_px: float | None = Field(None, description="principal point, horizontal [px]; middle of the image if absent")
-    cy_px: float | None = Field(None, description="principal point, vertical [px]; middle of the image if absent")
-    distortion: tuple[float, float, float, float, float] = Field(
-        (0.0, 0.0, 0.0, 0.0, 0.0), description="plumb_bob lens: k1, k2, p1, p2, k3 [1]"
-    )
-    mount: MountParams = Field(MountParams(), description="place on the robot")
-    encoding: Literal["mono8", "jpeg"] = Field("mono8", description="raw grey images, or JPEG")
-    jpeg_quality: int = Field(90, ge=1, le=100, description="quality of JPEG images [1]")
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
     """A pose of something in the world: maps its coordinates to the world's.
@@ -111,16 +78,53 @@ def quaternion(rotation: Array) -> Array:
     return np.asarray(best / np.copysign(np.linalg.norm(best), best[3]))
 
 
+class MountParams(Params):
+    """Where a sensor sits on the robot (``base_link``: on the floor, x forward, y left, z up)."""
+
+    x_m: float = Field(0.0, description="forward of the robot's centre [m]")
+    y_m: float = Field(0.0, description="left of the robot's centre [m]")
+    z_m: float = Field(0.0, ge=0, description="above the floor [m]")
+    roll_deg: float = Field(0.0, ge=-180, le=180, description="turn about the robot's x axis [deg]")
+    pitch_deg: float = Field(0.0, ge=-90, le=90, description="turn about the robot's y axis [deg]")
+    yaw_deg: float = Field(0.0, ge=-180, le=180, description="turn about the robot's z axis [deg]")
+
+    @property
+    def view(self) -> View:
+        """base_T_sensor."""
+        turn = rpy(np.radians(self.roll_deg), np.radians(self.pitch_deg), np.radians(self.yaw_deg))
+        return View(turn, np.array([self.x_m, self.y_m, self.z_m]))
+
+
+class CameraParams(Params):
+    """One camera: where its images go in the log, its lens, its place on the robot."""
+
+    topic: str = Field("/ceiling/image_raw", description="topic of the images")
+    info_topic: str = Field("/ceiling/camera_info", description="topic of the calibration")
+    frame: str = Field("ceiling_camera_optical_frame", description="coordinate frame of the camera")
+    looks: Literal["up", "forward"] = Field("up", description="where a camera with a straight mount looks")
+    rate_hz: float = Field(10.0, gt=0, le=1000, description="images per second [Hz]")
+    width_px: int = Field(640, ge=16, le=8192, description="image width [px]")
+    height_px: int = Field(480, ge=16, le=8192, description="image height [px]")
+    fx_px: float = Field(645.33, gt=0, description="focal length, horizontal [px]")
+    fy_px: float = Field(645.33, gt=0, description="focal length, vertical [px]")
+    cx_px: float | None = Field(None, description="principal point, horizontal [px]; middle of the image if absent")
+    cy_px: float | None = Field(None, description="principal point, vertical [px]; middle of the image if absent")
+    distortion: tuple[float, float, float, float, float] = Field(
+        (0.0, 0.0, 0.0, 0.0, 0.0), description="plumb_bob lens: k1, k2, p1, p2, k3 [1]"
+    )
+    mount: MountParams = Field(MountParams(), description="place on the robot")
+    encoding: Literal["mono8", "jpeg"] = Field("mono8", description="raw grey images, or JPEG")
+    jpeg_quality: int = Field(90, ge=1, le=100, description="quality of JPEG images [1]")
+
+
 def base_camera(params: CameraParams) -> View:
     """Return base_T_camera: the mount's turn after the straight mount of ``looks``."""
-    m = params.mount
-    turn = rpy(np.radians(m.roll_deg), np.radians(m.pitch_deg), np.radians(m.yaw_deg))
-    return View(turn @ NOMINAL[params.looks], np.array([m.x_m, m.y_m, m.z_m]))
+    mounted = params.mount.view
+    return View(mounted.rotation @ NOMINAL[params.looks], mounted.position)
 
 
-def mount_of(params: CameraParams) -> Mount:
-    """Return the mount as the log's tf_static tells it."""
-    view = base_camera(params)
+def place(view: View) -> Mount:
+    """Return base_T_sensor as the log tells it."""
     return Mount(translation=view.position, rotation=quaternion(view.rotation))
 
 

@@ -10,10 +10,10 @@ from pydantic import model_validator
 from ...formats.events import NO_ID, Array, Event, Sightings
 from ...formats.products import LandmarkMap
 from ..engine.params import Field, Params
-from .camera import View, base_camera, calibration_of, project, ray_table, rays_through
+from .camera import View, base_camera, calibration_of, project, rays_through
 from .ceiling import Ceiling, CeilingParams, build_ceiling
 from .parts import DrivenParts
-from .renderer import Patch
+from .renderer import Patch, reach
 from .robot import Drive, drive
 from .scene import BASE, MAP, Cause, Maps, Moment, Motion, stream_of
 
@@ -103,9 +103,9 @@ def true_sightings(world: CeilingWorld, map_t_base: View, pose: Array, ceiling: 
     places = np.vstack([ceiling.landmarks, ceiling.false_lights])
     ids = np.concatenate([np.arange(len(ceiling.landmarks)), np.full(len(ceiling.false_lights), NO_ID)])
     camera = map_t_base @ base_camera(world.camera)
-    steepest = 1.1 * float(np.abs(ray_table(calibration)).max())
-    reach = 2.0 + 3.0 * steepest * (world.ceiling.height_m - camera.position[2])
-    near = np.flatnonzero(np.hypot(*(places[:, :2] - camera.position[:2]).T) < reach)
+    steepest = reach(calibration)
+    furthest = 2.0 + 3.0 * steepest * (world.ceiling.height_m - camera.position[2])
+    near = np.flatnonzero(np.hypot(*(places[:, :2] - camera.position[:2]).T) < furthest)
     around = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     outline = np.zeros((len(near), 33, 3))
     outline[:, 1:, 0], outline[:, 1:, 1] = np.cos(around), np.sin(around)

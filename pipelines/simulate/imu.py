@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...formats.events import Array, Imu, Mount
+from ...formats.events import Array, Imu
 from ..engine.params import Field, Params
-from .camera import MountParams, View, quaternion, rpy
+from .camera import MountParams, View, place, quaternion, rpy
 from .scene import Motion
 
 GRAVITY = 9.80665
@@ -32,30 +32,19 @@ class ImuParams(Params):
     rate_sd_radps: float = Field(0.002, ge=0, description="white noise of the turn rates, per reading [rad/s]")
     acceleration_sd_mps2: float = Field(0.05, ge=0, description="white noise of the accelerations, per reading [m/s^2]")
 
-    @property
-    def view(self) -> View:
-        """base_T_imu."""
-        m = self.mount
-        turn = rpy(math.radians(m.roll_deg), math.radians(m.pitch_deg), math.radians(m.yaw_deg))
-        return View(turn, np.array([m.x_m, m.y_m, m.z_m]))
-
-    @property
-    def place(self) -> Mount:
-        """The same as the log's tf_static tells it."""
-        return Mount(translation=self.view.position, rotation=quaternion(self.view.rotation))
-
 
 def imu_events(motion: Motion, params: ImuParams, start_ns: int, rng: np.random.Generator) -> Iterator[Imu]:
     """Yield the readings of a run."""
     bias, period_ns = np.radians(params.tilt_bias_deg), round(1e9 / params.rate_hz)
-    first = motion.at(0.0)[0][2]
+    first, mounted = motion.at(0.0)[0][2], params.mount.view
+    mount = place(mounted)
     for k in range(int(motion.duration * 1e9) // period_ns + 1):
         time = k * period_ns * 1e-9
         noise = rng.standard_normal(9)
         (_, _, heading), _, tilt = motion.at(time)
         roll, pitch = tilt + bias + math.radians(params.tilt_sd_deg) * noise[:2]
         yaw = heading - first + math.radians(params.heading_drift_degps * time + params.heading_sd_deg * noise[2])
-        before, here, after = (motion.view(time + dt) @ params.view for dt in (-SPAN_S, 0.0, SPAN_S))
+        before, here, after = (motion.view(time + dt) @ mounted for dt in (-SPAN_S, 0.0, SPAN_S))
         force = (before.position - 2 * here.position + after.position) / SPAN_S**2 + [0.0, 0.0, GRAVITY]
         yield Imu(
             stamp=start_ns + k * period_ns,
@@ -64,8 +53,8 @@ def imu_events(motion: Motion, params: ImuParams, start_ns: int, rng: np.random.
             frame_id=params.frame,
             angular=_rates(before, after) + params.rate_sd_radps * noise[3:6],
             acceleration=here.rotation.T @ force + params.acceleration_sd_mps2 * noise[6:],
-            orientation=quaternion(rpy(roll, pitch, yaw) @ params.view.rotation),
-            mount=params.place,
+            orientation=quaternion(rpy(roll, pitch, yaw) @ mounted.rotation),
+            mount=mount,
         )
 
 

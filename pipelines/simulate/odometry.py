@@ -16,6 +16,7 @@ import numpy as np
 
 from ...formats.events import Array
 from ..engine.params import Field, Params
+from .robot import advance
 from .scene import Motion
 
 
@@ -45,9 +46,9 @@ def readings(motion: Motion, params: OdometryParams, rng: np.random.Generator) -
     """Yield the readings of a drive; the first stands at 0, 0, 0 and at rest."""
     period_ns = round(1e9 / params.rate_hz)
     dt = period_ns * 1e-9
-    x = y = heading = 0.0
+    logged = np.zeros(3)
     pose, distance, _ = motion.at(0.0)
-    yield Reading(0, np.zeros(3), 0.0, 0.0)
+    yield Reading(0, logged, 0.0, 0.0)
     for k in range(1, int(motion.duration * 1e9) // period_ns + 1):
         last_heading, last_distance = pose[2], distance
         pose, distance, _ = motion.at(k * period_ns * 1e-9)
@@ -55,9 +56,5 @@ def readings(motion: Motion, params: OdometryParams, rng: np.random.Generator) -
         v = (1 + params.speed_scale_pct / 100) * (distance - last_distance) / dt + params.speed_sd_mps * noise[0]
         w = (1 + params.turn_scale_pct / 100) * (pose[2] - last_heading) / dt
         w += math.radians(params.gyro_bias_degps) + params.turn_sd_radps * noise[1]  # eq. (1)
-        half = 0.5 * w * dt
-        chord = v * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-        x += chord * math.cos(heading + half)
-        y += chord * math.sin(heading + half)
-        heading += 2 * half
-        yield Reading(k * period_ns, np.array([x, y, heading]), v, w)
+        logged = advance(logged, v, w, dt)
+        yield Reading(k * period_ns, logged, v, w)

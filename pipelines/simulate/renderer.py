@@ -121,7 +121,7 @@ def _box(patch: Patch, world_t_camera: View, calibration: Calibration) -> np.nda
     ring = np.array(clipped)
     share = np.linspace(0, 1, BORDER_POINTS)[:, None, None]
     border = (ring + share * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 3)
-    if (np.abs(border[:, :2]) > _reach(calibration) * border[:, 2:]).any():
+    if (np.abs(border[:, :2]) > reach(calibration) * border[:, 2:]).any():
         return whole
     pixels = project(border, calibration)
     low, high = np.floor(pixels.min(axis=0)) - 2, np.ceil(pixels.max(axis=0)) + 2
@@ -130,7 +130,7 @@ def _box(patch: Patch, world_t_camera: View, calibration: Calibration) -> np.nda
 
 
 @lru_cache(maxsize=8)
-def _reach(calibration: Calibration) -> float:
+def reach(calibration: Calibration) -> float:
     """Return the tangent off the axis, along x or y, up to which the lens model holds."""
     return 1.1 * float(np.abs(ray_table(calibration)).max())
 

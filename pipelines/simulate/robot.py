@@ -82,7 +82,7 @@ class Drive:
         """Return pose (3,), distance driven and tilt (2,) at ``time`` [s] after the start; held before and after."""
         i = min(max(int(time / STEP_S), 0), len(self.pose) - 1)
         dt = min(max(time - i * STEP_S, 0.0), STEP_S) if i < len(self.pose) - 1 else 0.0
-        pose = _advance(self.pose[i], self.speed[i], self.turn_rate[i], dt)
+        pose = advance(self.pose[i], self.speed[i], self.turn_rate[i], dt)
         share, j = dt / STEP_S, min(i + 1, len(self.pose) - 1)
         return pose, float(self.distance[i] + self.speed[i] * dt), (1 - share) * self.tilt[i] + share * self.tilt[j]
 
@@ -92,7 +92,8 @@ class Drive:
         return View(rpy(roll, pitch, pose[2]), np.array([pose[0], pose[1], 0.0]))
 
 
-def _advance(pose: Array, speed: float, turn_rate: float, dt: float) -> Array:
+def advance(pose: Array, speed: float, turn_rate: float, dt: float) -> Array:
+    """Return the pose (3,) after ``dt`` [s] along an arc."""
     half = 0.5 * turn_rate * dt
     chord = speed * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
     heading = pose[2] + half
@@ -125,7 +126,7 @@ def drive(params: RobotParams, rng: np.random.Generator) -> Drive:
         is_last = leg == len(legs) - 1
         corner = 0.02 if is_last else _corner_speed(params, headings[leg + 1] - headings[leg])
         ahead, v, w = _steer(params, pose, (goals[leg], headings[leg], lengths[leg]), (v, w), (corner, wander))
-        pose = _advance(pose, v, w, STEP_S)
+        pose = advance(pose, v, w, STEP_S)
         leg += ahead <= v * STEP_S
     states.append((*pose, 0.0, 0.0))
     table = np.array(states)

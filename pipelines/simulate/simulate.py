@@ -19,7 +19,7 @@ import numpy as np
 from ...formats.calibration import Calibration
 from ...formats.events import Array, Bytes, CameraInfo, Event, Image, Mount, Odometry, Pose, Transform
 from .bench import BenchScene, BenchWorld
-from .camera import calibration_of, mount_of, quaternion, rpy
+from .camera import base_camera, calibration_of, place, quaternion, rpy
 from .ceiling_world import CeilingScene, CeilingWorld
 from .imu import imu_events
 from .odometry import readings
@@ -60,11 +60,11 @@ def build_scene(world: World) -> Scene:
 def events_of(world: World, scene: Scene, seed: int) -> Iterator[Event]:
     """Yield the messages of one run in a scene that is built."""
     motion = scene.motion(seed)
-    yield _transform(world, world.camera.frame, mount_of(world.camera))
+    yield _transform(world, world.camera.frame, place(base_camera(world.camera)))
     streams: list[Iterator[Event]] = []
     if isinstance(world, DrivenParts):
         if world.imu is not None:
-            yield _transform(world, world.imu.frame, world.imu.place)
+            yield _transform(world, world.imu.frame, place(world.imu.mount.view))
             streams.append(imu_events(motion, world.imu, world.start_stamp_ns, stream_of(seed, Cause.IMU)))
         yield _start(world, motion, seed)
         streams.insert(0, _odometry(world, motion, seed))
@@ -176,7 +176,7 @@ def _image(world: World, calibration: Calibration, stamp: int, grey: Bytes) -> I
         encoding=camera.encoding,
         data=data,
         calibration=calibration,
-        mount=mount_of(camera),
+        mount=place(base_camera(camera)),
         **size,
     )
 

@@ -13,7 +13,7 @@ from logpose.pipelines.simulate.camera import (
     base_camera,
     calibration_of,
     look,
-    mount_of,
+    place,
     project,
     quaternion,
     ray_table,
@@ -65,7 +65,7 @@ def test_the_mount_turns_and_shifts_the_camera():
     np.testing.assert_allclose(view.rotation @ [0, -1, 0], [0, 1, 0], atol=1e-12)
     np.testing.assert_allclose(view.position, [0.1, -0.2, 0.3])
     np.testing.assert_allclose(base_camera(CameraParams(looks="forward")).rotation @ [0, 0, 1], [1, 0, 0])
-    told = mount_of(CameraParams(mount=mount))
+    told = place(base_camera(CameraParams(mount=mount)))
     x, y, z, w = told.rotation
     axis = np.array([x, y, z])
     rebuilt = [v + 2 * np.cross(axis, np.cross(axis, v) + w * v) for v in np.eye(3)]
