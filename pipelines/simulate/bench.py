@@ -23,9 +23,10 @@ from pydantic import AfterValidator, model_validator
 from ...formats.events import Array, Event
 from ...formats.products import MarkMap
 from ..engine.params import Field, Params
-from .camera import View, base_camera, rpy
+from .camera import base_camera
 from .marks import PatternParams
 from .parts import WorldParts
+from .pose import View, rpy
 from .renderer import Patch
 from .scene import MAP, Cause, Maps, Moment, Motion, stream_of
 from .shapes import Drawing

@@ -10,9 +10,10 @@ from pydantic import model_validator
 from ...formats.events import NO_ID, Array, Event, Sightings
 from ...formats.products import LandmarkMap
 from ..engine.params import Field, Params
-from .camera import View, base_camera, calibration_of, project, rays_through
+from .camera import base_camera, calibration_of, project, rays_through
 from .ceiling import Ceiling, CeilingParams, build_ceiling
 from .parts import DrivenParts
+from .pose import View
 from .renderer import Patch, reach
 from .robot import Drive, drive
 from .scene import BASE, MAP, Cause, Maps, Moment, Motion, stream_of

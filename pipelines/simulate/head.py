@@ -15,7 +15,7 @@ import numpy as np
 
 from ...formats.events import Array, JointState
 from ..engine.params import Field, Params
-from .camera import View, rpy
+from .pose import View, rpy
 
 
 class SweepParams(Params):

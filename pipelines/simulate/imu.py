@@ -11,7 +11,7 @@ import numpy as np
 
 from ...formats.events import Array, Imu
 from ..engine.params import Field, Params
-from .camera import MountParams, View, place, quaternion, rpy
+from .pose import MountParams, View, place, quaternion, rpy
 from .scene import Motion
 
 GRAVITY = 9.80665

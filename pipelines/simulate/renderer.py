@@ -19,7 +19,8 @@ import numpy as np
 
 from ...formats.calibration import Calibration
 from ...formats.events import Array, Bytes
-from .camera import View, project, ray_table
+from .camera import project, ray_table
+from .pose import View
 from .shapes import Drawing
 
 NEAR = 0.05

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...formats.events import Array
 from ..engine.params import Field, Params
-from .camera import View, rpy
+from .pose import View, rpy
 
 STEP_S = 0.01
 LINE_GAIN, LENGTH_AHEAD_M = 2.5, 0.5

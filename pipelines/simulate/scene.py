@@ -13,7 +13,7 @@ import numpy as np
 
 from ...formats.events import Array, Event
 from ...formats.products import LandmarkMap, MarkMap
-from .camera import View
+from .pose import View
 from .renderer import Patch
 
 MAP, ODOM, BASE = "map", "odom", "base_link"

@@ -19,11 +19,12 @@ import numpy as np
 from ...formats.calibration import Calibration
 from ...formats.events import Array, Bytes, CameraInfo, Event, Image, Mount, Odometry, Pose, Transform
 from .bench import BenchScene, BenchWorld
-from .camera import base_camera, calibration_of, place, quaternion, rpy
+from .camera import base_camera, calibration_of
 from .ceiling_world import CeilingScene, CeilingWorld
 from .imu import imu_events
 from .odometry import readings
 from .parts import DrivenParts
+from .pose import place, quaternion, rpy
 from .renderer import finer, render
 from .scene import BASE, MAP, ODOM, Cause, Moment, Motion, Scene, stream_of
 from .sensor import gains, photograph

@@ -9,10 +9,11 @@ from pydantic import model_validator
 
 from ...formats.events import Event
 from ..engine.params import Field
-from .camera import CameraParams, View, base_camera
+from .camera import CameraParams, base_camera
 from .corridor import CorridorParams, build_corridor, is_inside
 from .head import HeadParams, joint_events
 from .parts import DrivenParts
+from .pose import View
 from .renderer import Patch
 from .robot import Drive, drive
 from .scene import Cause, Maps, Moment, Motion, stream_of

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from logpose.pipelines.simulate.camera import View, rays_through, rpy
+from logpose.pipelines.simulate.camera import rays_through
+from logpose.pipelines.simulate.pose import View, rpy
 from logpose.pipelines.simulate.simulate import build_scene, expose
 from logpose.pipelines.simulate.world import parse_world
 

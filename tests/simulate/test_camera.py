@@ -9,17 +9,14 @@ from hypothesis import strategies as st
 from logpose.formats.calibration import Calibration
 from logpose.pipelines.simulate.camera import (
     CameraParams,
-    MountParams,
     base_camera,
     calibration_of,
     look,
-    place,
     project,
-    quaternion,
     ray_table,
     rays_through,
-    rpy,
 )
+from logpose.pipelines.simulate.pose import MountParams, place, quaternion, rpy
 
 LENS = (-0.15, 0.02, 0.001, -0.0005, 0.01)
 PINHOLE = Calibration(640, 480, 525.0, 525.0, 319.5, 239.5, "plumb_bob", (0.0,) * 5)

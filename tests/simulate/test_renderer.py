@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from logpose.formats.calibration import Calibration
-from logpose.pipelines.simulate.camera import CameraParams, MountParams, View, base_camera, look, project, rpy
+from logpose.pipelines.simulate.camera import CameraParams, base_camera, look, project
+from logpose.pipelines.simulate.pose import MountParams, View, rpy
 from logpose.pipelines.simulate.renderer import Patch, Texture, depth_image, finer, plane_rows, render
 from logpose.pipelines.simulate.shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape
 

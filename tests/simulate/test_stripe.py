@@ -7,7 +7,7 @@ import pytest
 from logpose.formats.events import Image, Imu, JointState, Odometry, Pose, Transform
 from logpose.formats.log import open_log
 from logpose.formats.marks import read_marks
-from logpose.pipelines.simulate.camera import View, rpy
+from logpose.pipelines.simulate.pose import View, rpy
 from logpose.pipelines.simulate.simulate import build_scene, events_of, simulate
 from logpose.pipelines.simulate.world import read_world
 from logpose.pipelines.simulate.write import write_simulation
