@@ -28,7 +28,7 @@ from .marks import PatternParams
 from .parts import WorldParts
 from .pose import View, rpy
 from .renderer import Patch
-from .scene import MAP, Cause, Maps, Moment, Motion, stream_of
+from .scene import MAP, Cause, Maps, Moment, Run, stream_of
 from .shapes import Drawing
 from .stripe_world import LevelCameraParams
 
@@ -180,7 +180,7 @@ class BenchScene:
         """Yield nothing: the true pose says it all."""
         yield from ()
 
-    def sensors(self, motion: Motion, seed: int) -> Sequence[Iterator[Event]]:  # noqa: ARG002
+    def sensors(self, run: Run) -> Sequence[Iterator[Event]]:  # noqa: ARG002
         """Return no further sensors."""
         return ()
 

@@ -16,7 +16,7 @@ from .parts import DrivenParts
 from .pose import View
 from .renderer import Patch, reach
 from .robot import Drive, drive
-from .scene import BASE, MAP, Cause, Maps, Moment, Motion, stream_of
+from .scene import BASE, MAP, Cause, Maps, Moment, Run, stream_of
 
 TRUE_SIGHTINGS = "/ground_truth/sightings"
 
@@ -89,7 +89,7 @@ class CeilingScene:
         if not self.world.images:
             yield _abstract(self.world, truth, stream_of(moment.seed, Cause.ABSTRACT, moment.index))
 
-    def sensors(self, motion: Motion, seed: int) -> Sequence[Iterator[Event]]:  # noqa: ARG002
+    def sensors(self, run: Run) -> Sequence[Iterator[Event]]:  # noqa: ARG002
         """Return no further sensors."""
         return ()
 

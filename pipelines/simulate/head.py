@@ -16,6 +16,7 @@ import numpy as np
 from ...formats.events import Array, JointState
 from ..engine.params import Field, Params
 from .pose import View, rpy
+from .scene import Cause, Run
 
 
 class SweepParams(Params):
@@ -51,15 +52,15 @@ class HeadParams(Params):
         return View(rpy(0.0, 0.0, pan) @ mounted.rotation @ rpy(tilt, 0.0, 0.0), mounted.position)
 
 
-def joint_events(params: HeadParams, duration: float, start_ns: int, rng: np.random.Generator) -> Iterator[JointState]:
-    """Yield the joint states of a run of ``duration`` [s]."""
-    period_ns = round(1e9 / params.rate_hz)
-    for k in range(int(duration * 1e9) // period_ns + 1):
+def joints(run: Run, params: HeadParams) -> Iterator[JointState]:
+    """Yield the joint states of a run."""
+    rng = run.stream(Cause.HEAD)
+    for time_ns in run.ticks(params.rate_hz):
         noise = math.radians(params.sd_deg) * rng.standard_normal(2)
         yield JointState(
-            stamp=start_ns + k * period_ns,
+            stamp=run.start_ns + time_ns,
             topic=params.topic,
             source="joints",
             names=(params.pan_joint, params.tilt_joint),
-            positions=params.angles(k * period_ns * 1e-9) + noise,
+            positions=params.angles(time_ns * 1e-9) + noise,
         )

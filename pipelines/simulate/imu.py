@@ -12,7 +12,7 @@ import numpy as np
 from ...formats.events import Array, Imu
 from ..engine.params import Field, Params
 from .pose import MountParams, View, place, quaternion, rpy
-from .scene import Motion
+from .scene import Cause, Run
 
 GRAVITY = 9.80665
 SPAN_S = 0.02
@@ -33,13 +33,14 @@ class ImuParams(Params):
     acceleration_sd_mps2: float = Field(0.05, ge=0, description="white noise of the accelerations, per reading [m/s^2]")
 
 
-def imu_events(motion: Motion, params: ImuParams, start_ns: int, rng: np.random.Generator) -> Iterator[Imu]:
+def attitude(run: Run, params: ImuParams) -> Iterator[Imu]:
     """Yield the readings of a run."""
-    bias, period_ns = np.radians(params.tilt_bias_deg), round(1e9 / params.rate_hz)
+    rng, motion = run.stream(Cause.IMU), run.motion
+    bias = np.radians(params.tilt_bias_deg)
     first, mounted = motion.at(0.0)[0][2], params.mount.view
     mount = place(mounted)
-    for k in range(int(motion.duration * 1e9) // period_ns + 1):
-        time = k * period_ns * 1e-9
+    for time_ns in run.ticks(params.rate_hz):
+        time = time_ns * 1e-9
         noise = rng.standard_normal(9)
         (_, _, heading), _, tilt = motion.at(time)
         roll, pitch = tilt + bias + math.radians(params.tilt_sd_deg) * noise[:2]
@@ -47,7 +48,7 @@ def imu_events(motion: Motion, params: ImuParams, start_ns: int, rng: np.random.
         before, here, after = (motion.view(time + dt) @ mounted for dt in (-SPAN_S, 0.0, SPAN_S))
         force = (before.position - 2 * here.position + after.position) / SPAN_S**2 + [0.0, 0.0, GRAVITY]
         yield Imu(
-            stamp=start_ns + k * period_ns,
+            stamp=run.start_ns + time_ns,
             topic=params.topic,
             source="imu",
             frame_id=params.frame,

@@ -10,14 +10,14 @@ ends at its stamp, and the logged pose is the exact sum of the readings.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from ...formats.events import Array
+from ...formats.events import Odometry
 from ..engine.params import Field, Params
+from .pose import quaternion, rpy
 from .robot import advance
-from .scene import Motion
+from .scene import BASE, ODOM, Cause, Run
 
 
 class OdometryParams(Params):
@@ -32,29 +32,29 @@ class OdometryParams(Params):
     turn_sd_radps: float = Field(0.01, ge=0, description="white noise of the turn rate, per reading [rad/s]")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """One odometry message: time after the start [ns], pose (3,) in the odometry frame, speed and turn rate."""
-
-    time_ns: int
-    pose: Array
-    speed: float
-    turn_rate: float
-
-
-def readings(motion: Motion, params: OdometryParams, rng: np.random.Generator) -> Iterator[Reading]:
-    """Yield the readings of a drive; the first stands at 0, 0, 0 and at rest."""
-    period_ns = round(1e9 / params.rate_hz)
-    dt = period_ns * 1e-9
-    logged = np.zeros(3)
-    pose, distance, _ = motion.at(0.0)
-    yield Reading(0, logged, 0.0, 0.0)
-    for k in range(1, int(motion.duration * 1e9) // period_ns + 1):
-        last_heading, last_distance = pose[2], distance
-        pose, distance, _ = motion.at(k * period_ns * 1e-9)
-        noise = rng.standard_normal(2)
-        v = (1 + params.speed_scale_pct / 100) * (distance - last_distance) / dt + params.speed_sd_mps * noise[0]
-        w = (1 + params.turn_scale_pct / 100) * (pose[2] - last_heading) / dt
-        w += math.radians(params.gyro_bias_degps) + params.turn_sd_radps * noise[1]  # eq. (1)
-        logged = advance(logged, v, w, dt)
-        yield Reading(k * period_ns, logged, v, w)
+def odometry(run: Run, params: OdometryParams) -> Iterator[Odometry]:
+    """Yield the readings of a run; the first stands at 0, 0, 0 and at rest."""
+    rng, ticks = run.stream(Cause.ODOMETRY), run.ticks(params.rate_hz)
+    dt = ticks.step * 1e-9
+    logged, v, w = np.zeros(3), 0.0, 0.0
+    pose, distance, _ = run.motion.at(0.0)
+    for time_ns in ticks:
+        if time_ns > 0:
+            last_heading, last_distance = pose[2], distance
+            pose, distance, _ = run.motion.at(time_ns * 1e-9)
+            noise = rng.standard_normal(2)
+            v = (1 + params.speed_scale_pct / 100) * (distance - last_distance) / dt + params.speed_sd_mps * noise[0]
+            w = (1 + params.turn_scale_pct / 100) * (pose[2] - last_heading) / dt
+            w += math.radians(params.gyro_bias_degps) + params.turn_sd_radps * noise[1]  # eq. (1)
+            logged = advance(logged, v, w, dt)
+        yield Odometry(
+            stamp=run.start_ns + time_ns,
+            topic=params.topic,
+            source="odometry",
+            frame_id=ODOM,
+            child_frame_id=BASE,
+            position=np.array([logged[0], logged[1], 0.0]),
+            orientation=quaternion(rpy(0.0, 0.0, logged[2])),
+            linear=np.array([v, 0.0, 0.0]),
+            angular=np.array([0.0, 0.0, w]),
+        )

@@ -10,6 +10,7 @@ from .imu import ImuParams
 from .odometry import OdometryParams
 from .robot import RobotParams
 from .sensor import SensorParams
+from .start import InitialPoseParams
 
 START_NS = 1_451_606_400_000_000_000
 
@@ -24,14 +25,6 @@ def ordered(span: Point) -> Point:
 
 
 Span = Annotated[Point, AfterValidator(ordered)]
-
-
-class InitialPoseParams(Params):
-    """What the robot is told of its start; the error is drawn with these standard deviations."""
-
-    topic: str = Field("/initialpose", description="topic of the start pose")
-    position_sd_m: float = Field(0.05, ge=0, description="error in x and in y [m]")
-    heading_sd_deg: float = Field(2.0, ge=0, description="error of the heading [deg]")
 
 
 class WorldParts(Params):

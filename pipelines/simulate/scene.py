@@ -56,6 +56,29 @@ class Motion(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One drive through a scene.
+
+    Attributes:
+        motion: where the robot truly is.
+        start_ns: stamp of its first moment [ns].
+        seed: everything random follows from it.
+    """
+
+    motion: Motion
+    start_ns: int
+    seed: int
+
+    def stream(self, cause: Cause, *more: int) -> np.random.Generator:
+        """Return the random numbers of a cause."""
+        return stream_of(self.seed, cause, *more)
+
+    def ticks(self, rate_hz: float) -> range:
+        """Return the times after the start [ns] at which something happens so often, from the start to the end."""
+        return range(0, int(self.motion.duration * 1e9) + 1, round(1e9 / rate_hz))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Moment:
     """The instant of one image.
 
@@ -94,5 +117,5 @@ class Scene(Protocol):
     def of_image(self, moment: Moment) -> Iterator[Event]:
         """Yield what the log says of an image beside its pixels and the true pose."""
 
-    def sensors(self, motion: Motion, seed: int) -> Sequence[Iterator[Event]]:
+    def sensors(self, run: Run) -> Sequence[Iterator[Event]]:
         """Return the readings of further sensors, one stream in time order for each."""

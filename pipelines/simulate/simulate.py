@@ -10,24 +10,24 @@ estimator that believes in a flat floor has to live with.
 """
 
 import heapq
-import math
 from collections.abc import Iterator
 
 import cv2
 import numpy as np
 
 from ...formats.calibration import Calibration
-from ...formats.events import Array, Bytes, CameraInfo, Event, Image, Mount, Odometry, Pose, Transform
+from ...formats.events import Bytes, CameraInfo, Event, Image, Pose
 from .bench import BenchScene, BenchWorld
 from .camera import base_camera, calibration_of
 from .ceiling_world import CeilingScene, CeilingWorld
-from .imu import imu_events
-from .odometry import readings
+from .imu import attitude
+from .odometry import odometry
 from .parts import DrivenParts
 from .pose import place, quaternion, rpy
 from .renderer import finer, render
-from .scene import BASE, MAP, ODOM, Cause, Moment, Motion, Scene, stream_of
+from .scene import MAP, Cause, Moment, Motion, Run, Scene
 from .sensor import gains, photograph
+from .start import frames, start_pose
 from .stripe_world import StripeScene, StripeWorld
 from .world import World
 
@@ -60,73 +60,26 @@ def build_scene(world: World) -> Scene:
 
 def events_of(world: World, scene: Scene, seed: int) -> Iterator[Event]:
     """Yield the messages of one run in a scene that is built."""
-    motion = scene.motion(seed)
-    yield _transform(world, world.camera.frame, place(base_camera(world.camera)))
+    run = Run(scene.motion(seed), world.start_stamp_ns, seed)
+    mounts = [(world.camera.frame, place(base_camera(world.camera)))]
     streams: list[Iterator[Event]] = []
     if isinstance(world, DrivenParts):
+        streams += [start_pose(run, world.initial_pose), odometry(run, world.odometry)]
         if world.imu is not None:
-            yield _transform(world, world.imu.frame, place(world.imu.mount.view))
-            streams.append(imu_events(motion, world.imu, world.start_stamp_ns, stream_of(seed, Cause.IMU)))
-        yield _start(world, motion, seed)
-        streams.insert(0, _odometry(world, motion, seed))
-    streams += [*scene.sensors(motion, seed), _camera(world, scene, motion, seed)]
+            mounts.append((world.imu.frame, place(world.imu.mount.view)))
+            streams.append(attitude(run, world.imu))
+    streams = [frames(run, mounts), *streams, *scene.sensors(run), _camera(world, scene, run)]
     yield from heapq.merge(*streams, key=lambda event: event.stamp)
 
 
-def _transform(world: World, frame: str, mount: Mount) -> Transform:
-    return Transform(
-        stamp=world.start_stamp_ns,
-        topic="/tf_static",
-        source="tf",
-        frame_id=BASE,
-        child_frame_id=frame,
-        translation=mount.translation,
-        rotation=mount.rotation,
-        is_static=True,
-    )
-
-
-def _start(world: DrivenParts, motion: Motion, seed: int) -> Pose:
-    start = world.initial_pose
-    sd = np.array([start.position_sd_m, start.position_sd_m, math.radians(start.heading_sd_deg)])
-    x, y, heading = motion.at(0.0)[0] + sd * stream_of(seed, Cause.START).standard_normal(3)
-    covariance = np.zeros((6, 6))
-    covariance[[0, 1, 5], [0, 1, 5]] = sd**2
-    return Pose(
-        stamp=world.start_stamp_ns,
-        topic=start.topic,
-        source="initial_pose",
-        frame_id=MAP,
-        position=np.array([x, y, 0.0]),
-        orientation=_heading(heading),
-        covariance=covariance,
-    )
-
-
-def _odometry(world: DrivenParts, motion: Motion, seed: int) -> Iterator[Event]:
-    for reading in readings(motion, world.odometry, stream_of(seed, Cause.ODOMETRY)):
-        x, y, heading = reading.pose
-        yield Odometry(
-            stamp=world.start_stamp_ns + reading.time_ns,
-            topic=world.odometry.topic,
-            source="odometry",
-            frame_id=ODOM,
-            child_frame_id=BASE,
-            position=np.array([x, y, 0.0]),
-            orientation=_heading(heading),
-            linear=np.array([reading.speed, 0.0, 0.0]),
-            angular=np.array([0.0, 0.0, reading.turn_rate]),
-        )
-
-
-def _camera(world: World, scene: Scene, motion: Motion, seed: int) -> Iterator[Event]:
+def _camera(world: World, scene: Scene, run: Run) -> Iterator[Event]:
     """Yield what the log has of each image; the times are the middles of the exposures."""
     camera, calibration = world.camera, calibration_of(world.camera)
-    times = list(range(0, int(motion.duration * 1e9) + 1, round(1e9 / camera.rate_hz)))
-    gain = gains(len(times), 1 / camera.rate_hz, world.sensor, stream_of(seed, Cause.GAIN))
+    motion, times = run.motion, run.ticks(camera.rate_hz)
+    gain = gains(len(times), 1 / camera.rate_hz, world.sensor, run.stream(Cause.GAIN))
     is_rendered = bool(scene.patches)
     for k, time_ns in enumerate(times):
-        time, stamp = time_ns * 1e-9, world.start_stamp_ns + time_ns
+        time, stamp = time_ns * 1e-9, run.start_ns + time_ns
         if is_rendered:
             yield CameraInfo(
                 stamp=stamp,
@@ -142,11 +95,11 @@ def _camera(world: World, scene: Scene, motion: Motion, seed: int) -> Iterator[E
             source="truth",
             frame_id=MAP,
             position=np.array([pose[0], pose[1], 0.0]),
-            orientation=_heading(pose[2]),
+            orientation=quaternion(rpy(0.0, 0.0, pose[2])),
         )
-        yield from scene.of_image(Moment(k, stamp, pose, motion.view(time), seed))
+        yield from scene.of_image(Moment(k, stamp, pose, motion.view(time), run.seed))
         if is_rendered:
-            noise = stream_of(seed, Cause.NOISE, k)
+            noise = run.stream(Cause.NOISE, k)
             yield _image(world, calibration, stamp, expose(world, scene, motion, time, (gain[k], noise)))
 
 
@@ -180,7 +133,3 @@ def _image(world: World, calibration: Calibration, stamp: int, grey: Bytes) -> I
         mount=place(base_camera(camera)),
         **size,
     )
-
-
-def _heading(angle: float) -> Array:
-    return quaternion(rpy(0.0, 0.0, angle))

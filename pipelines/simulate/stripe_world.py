@@ -11,12 +11,12 @@ from ...formats.events import Event
 from ..engine.params import Field
 from .camera import CameraParams, base_camera
 from .corridor import CorridorParams, build_corridor, is_inside
-from .head import HeadParams, joint_events
+from .head import HeadParams, joints
 from .parts import DrivenParts
 from .pose import View
 from .renderer import Patch
 from .robot import Drive, drive
-from .scene import Cause, Maps, Moment, Motion, stream_of
+from .scene import Cause, Maps, Moment, Run, stream_of
 
 
 class LevelCameraParams(CameraParams):
@@ -95,9 +95,6 @@ class StripeScene:
         """Yield nothing: the true pose and the map of marks say it all."""
         yield from ()
 
-    def sensors(self, motion: Motion, seed: int) -> Sequence[Iterator[Event]]:
+    def sensors(self, run: Run) -> Sequence[Iterator[Event]]:
         """Return the encoders of the head."""
-        if self.world.head is None:
-            return ()
-        rng = stream_of(seed, Cause.HEAD)
-        return (joint_events(self.world.head, motion.duration, self.world.start_stamp_ns, rng),)
+        return () if self.world.head is None else (joints(run, self.world.head),)

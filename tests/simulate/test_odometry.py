@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from logpose.pipelines.simulate.odometry import OdometryParams, readings
+from logpose.pipelines.simulate.odometry import OdometryParams, odometry
 from logpose.pipelines.simulate.robot import RobotParams, WaypointParams, drive
+from logpose.pipelines.simulate.scene import Run
 
 PERFECT = {
     "speed_scale_pct": 0.0,
@@ -24,9 +25,13 @@ def driven():
 
 def collect(driven, **errors):
     params = OdometryParams(rate_hz=23.2, **{**PERFECT, **errors})
-    found = list(readings(driven, params, np.random.default_rng(5)))
-    columns = (np.array([getattr(r, name) for r in found]) for name in ("time_ns", "pose", "speed", "turn_rate"))
-    return tuple(columns)
+    found = list(odometry(Run(driven, 0, 5), params))
+    times, position, turn, linear, angular = (
+        np.array([getattr(e, name) for e in found])
+        for name in ("stamp", "position", "orientation", "linear", "angular")
+    )
+    heading = np.unwrap(2 * np.arctan2(turn[:, 2], turn[:, 3]))
+    return times, np.column_stack([position[:, :2], heading]), linear[:, 0], angular[:, 2]
 
 
 def truth(driven, times):
