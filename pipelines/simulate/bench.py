@@ -12,25 +12,25 @@ turn the camera about its lens. The log does not tell of these three; what it te
 """
 
 import math
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
-from ...formats.events import Array, Event
+from ...formats.events import Array
 from ...formats.products import MarkMap
 from ..engine.params import Field, Params
-from .camera import base_camera
+from .camera import LevelCameraParams
 from .marks import PatternParams
-from .parts import WorldParts
+from .parts import World
 from .pose import View, rpy
 from .renderer import Patch
-from .scene import MAP, Cause, Maps, Moment, Run, stream_of
+from .scene import MAP, Cause, Scene, stream_of
 from .shapes import Drawing
-from .stripe_world import LevelCameraParams
+from .start import frames
 
 CLEARANCE_M = 0.06
 """What is nearer to the lens is not drawn."""
@@ -61,27 +61,6 @@ class BenchParams(Params):
     tilt_deg: float = Field(0.0, ge=-45, le=45, description="optical axis above the horizon; not in the log [deg]")
     roll_deg: float = Field(0.0, ge=-45, le=45, description="turn about the optical axis; not in the log [deg]")
     backdrop: float = Field(0.25, ge=0, description="radiance of the wall behind the mark [1]")
-
-
-class BenchWorld(WorldParts):
-    """A camera before a mark on a bench."""
-
-    kind: Literal["stripe-bench"] = Field(description="what there is to see")
-    mark: PatternParams = Field(PatternParams(), description="the mark")
-    mark_id: int = Field(1, ge=0, description="number of the mark in the map")
-    bench: BenchParams = Field(BenchParams(), description="distances, offsets, angles")
-    camera: LevelCameraParams = Field(LevelCameraParams(), description="lens, place and topics of the camera")
-
-    @model_validator(mode="after")
-    def _mark_is_ahead(self) -> Self:
-        for distance, angle in product(self.bench.distances_m, self.bench.angles_deg):
-            nearest = distance + min(math.sin(math.radians(angle)) * x for x in self.mark.span)
-            if abs(angle) >= 90 or nearest < CLEARANCE_M:
-                raise ValueError(
-                    f"at {distance} m and {angle} deg the mark reaches beside or behind the lens. "
-                    "Leave that combination out."
-                )
-        return self
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,79 +97,83 @@ class Stops:
         return level @ View(self.attitude, self.pivot - self.attitude @ self.pivot)
 
 
-class BenchScene:
-    """A bench as built."""
+class BenchWorld(World):
+    """A camera before a mark on a bench."""
 
-    def __init__(self, world: BenchWorld) -> None:
-        self.world = world
-        self.mark = world.mark.mark(world.mark_id, np.zeros(3))
-        self._mounted = base_camera(world.camera)
-        left, right = world.mark.span
-        width, height = world.mark.board
+    kind: Literal["stripe-bench"] = Field(description="what there is to see")
+    mark: PatternParams = Field(PatternParams(), description="the mark")
+    mark_id: int = Field(1, ge=0, description="number of the mark in the map")
+    bench: BenchParams = Field(BenchParams(), description="distances, offsets, angles")
+    camera: LevelCameraParams = Field(LevelCameraParams(), description="lens, place and topics of the camera")
+
+    @model_validator(mode="after")
+    def _mark_is_ahead(self) -> Self:
+        for distance, angle in product(self.bench.distances_m, self.bench.angles_deg):
+            nearest = distance + min(math.sin(math.radians(angle)) * x for x in self.mark.span)
+            if abs(angle) >= 90 or nearest < CLEARANCE_M:
+                raise ValueError(
+                    f"at {distance} m and {angle} deg the mark reaches beside or behind the lens. "
+                    "Leave that combination out."
+                )
+        return self
+
+    def build(self) -> Scene:
+        """Build the board, in a dark box."""
+        left, right = self.mark.span
+        width, height = self.mark.board
         board = Patch(
             np.array([left, 0.0, height / 2]),
             np.array([right - left, 0.0, 0.0]),
             np.array([0.0, 0.0, -height]),
-            Drawing(world.mark.shapes(-left, height / 2)),
+            Drawing(self.mark.shapes(-left, height / 2)),
             None,
-            world.mark.dark,
+            self.mark.dark,
         )
-        self._patches = (board, *_backdrop(world, width))
+        mark = self.mark.mark(self.mark_id, np.zeros(3))
+        return Scene(
+            start_ns=self.start_stamp_ns,
+            motion=self.stops,
+            sensors=[
+                partial(frames, mounts=self.mounts()),
+                *self.camera_sensors([board, *_backdrop(self.bench, width)]),
+            ],
+            maps={".marks.yaml": MarkMap(marks=(mark,), frame_id=MAP)},
+        )
 
-    @property
-    def patches(self) -> Sequence[Patch]:
-        """The board, and the walls of a dark box around the bench."""
-        return self._patches
-
-    @property
-    def maps(self) -> Maps:
-        """The map of one mark."""
-        return {".marks.yaml": MarkMap(marks=(self.mark,), frame_id=MAP)}
-
-    def motion(self, seed: int) -> Stops:
+    def stops(self, seed: int) -> Stops:
         """Return the stops of the carriage, the last list running fastest."""
-        world, bench = self.world, self.world.bench
+        bench, mount = self.bench, self.camera.mount
         phases = stream_of(seed, Cause.PHASE)
         poses = []
         for distance, offset, angle in product(bench.distances_m, bench.offsets_m, bench.angles_deg):
-            shift = bench.phase_px * distance / world.camera.fx_px
+            shift = bench.phase_px * distance / self.camera.fx_px
             shifts = offset + shift * phases.uniform(-0.5, 0.5, bench.repeats)
             poses += [self.carriage(math.radians(angle), d_x, distance) for d_x in shifts.tolist()]
         tilt, roll = math.radians(bench.tilt_deg), math.radians(bench.roll_deg)
-        pan = math.radians(world.camera.mount.yaw_deg)
+        pan = math.radians(mount.yaw_deg)
         # About the axes of the lens, whatever its pan: tilt turns nose up, so against the y axis that points left.
         attitude = rpy(0.0, 0.0, pan) @ rpy(roll, -tilt, 0.0) @ rpy(0.0, 0.0, -pan)
-        pivot = self._mounted.position
-        return Stops(1 / world.camera.rate_hz, np.array(poses), bench.height_m - pivot[2], attitude, pivot)
+        return Stops(
+            1 / self.camera.rate_hz, np.array(poses), bench.height_m - mount.z_m, attitude, mount.view.position
+        )
 
     def carriage(self, phi: float, d_x: float, d_y: float) -> Array:
         """Return x, y, heading of ``base_link`` from which the mark is seen at phi, D_x, D_y [rad, m, m]."""
         c, s = math.cos(phi), math.sin(phi)
         lens = -np.array([c * d_x + s * d_y, -s * d_x + c * d_y])
-        heading = math.pi / 2 - phi - math.radians(self.world.camera.mount.yaw_deg)
+        mount = self.camera.mount
+        heading = math.pi / 2 - phi - math.radians(mount.yaw_deg)
         c, s = math.cos(heading), math.sin(heading)
-        x, y, _ = self._mounted.position
+        x, y = mount.x_m, mount.y_m
         return np.array([lens[0] - c * x + s * y, lens[1] - s * x - c * y, heading])
 
-    def eye(self, time: float) -> View:  # noqa: ARG002
-        """Return base_T_camera, which is fixed."""
-        return self._mounted
 
-    def of_image(self, moment: Moment) -> Iterator[Event]:  # noqa: ARG002
-        """Yield nothing: the true pose says it all."""
-        yield from ()
-
-    def sensors(self, run: Run) -> Sequence[Iterator[Event]]:  # noqa: ARG002
-        """Return no further sensors."""
-        return ()
-
-
-def _backdrop(world: BenchWorld, width: float) -> list[Patch]:
+def _backdrop(bench: BenchParams, width: float) -> list[Patch]:
     """Return four walls that stand well outside of everything."""
-    far = 2.0 * (max(world.bench.distances_m) + max(map(abs, world.bench.offsets_m)) + width) + 1.0
+    far = 2.0 * (max(bench.distances_m) + max(map(abs, bench.offsets_m)) + width) + 1.0
     corners = np.array([[-far, -far], [far, -far], [far, far], [-far, far]])
     down = np.array([0.0, 0.0, -4 * far])
     return [
-        Patch(np.append(left, 2 * far), np.append(right - left, 0.0), down, Drawing(), None, world.bench.backdrop)
+        Patch(np.append(left, 2 * far), np.append(right - left, 0.0), down, Drawing(), None, bench.backdrop)
         for right, left in zip(corners, np.roll(corners, -1, axis=0), strict=True)
     ]

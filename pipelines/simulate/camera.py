@@ -55,6 +55,15 @@ class CameraParams(Params):
     jpeg_quality: int = Field(90, ge=1, le=100, description="quality of JPEG images [1]")
 
 
+class LevelCameraParams(CameraParams):
+    """A camera that looks about level, ahead or to a side."""
+
+    topic: str = Field("/camera/image_raw", description="topic of the images")
+    info_topic: str = Field("/camera/camera_info", description="topic of the calibration")
+    frame: str = Field("camera_optical_frame", description="coordinate frame of the camera")
+    looks: Literal["up", "forward"] = Field("forward", description="where a camera with a straight mount looks")
+
+
 def base_camera(params: CameraParams) -> View:
     """Return base_T_camera: the mount's turn after the straight mount of ``looks``."""
     mounted = params.mount.view

@@ -104,6 +104,11 @@ class Ceiling:
     radii: Array
     patch: Patch
 
+    @property
+    def height(self) -> float:
+        """Above the floor [m]."""
+        return float(self.patch.corner[2])
+
 
 def build_ceiling(params: CeilingParams, route: Array) -> Ceiling:
     """Build the ceiling over a route (W, 2) [m].

@@ -55,6 +55,12 @@ class RobotParams(Params):
     speed_sd_mps: float = Field(0.01, ge=0, description="wandering of the speed, correlated over 5 s [m/s]")
     tilt: TiltParams = Field(TiltParams(), description="unevenness of the floor")
 
+    @property
+    def route(self) -> Array:
+        """Places to drive over, (W, 2) [m]; the first again where the route is closed."""
+        places = np.array([[w.x_m, w.y_m] for w in self.waypoints])
+        return np.vstack([places, places[:1]]) if self.is_closed else places
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drive:
@@ -106,9 +112,7 @@ def drive(params: RobotParams, rng: np.random.Generator) -> Drive:
     Raises:
         ValueError: two waypoints in the same place, or a route that takes more than ten hours.
     """
-    goals = np.array([[w.x_m, w.y_m] for w in params.waypoints])
-    if params.is_closed:
-        goals = np.vstack([goals, goals[:1]])
+    goals = params.route
     legs = np.diff(goals, axis=0)
     lengths = np.hypot(legs[:, 0], legs[:, 1])
     if (lengths < 0.01).any():

@@ -1,10 +1,11 @@
-"""What a kind of world gives of its own, so that the loop in ``simulate`` stands once.
+"""A world as built, and one run through it.
 
-A scene is what there is to see, what the log says of each image beside its pixels, the sensors only this kind has, and
-the maps that are written beside the log. A motion is where ``base_link`` is at any time.
+A world builds a scene: how the robot moves, and the sensors that write into the log. A sensor is a function of a run,
+with its parameters bound: it yields its messages in time order and knows no other sensor. Whatever stands in the log is
+said by one of them, also the truth. A motion is where ``base_link`` is at any time.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol, TypeAlias
@@ -13,13 +14,10 @@ import numpy as np
 
 from ...formats.events import Array, Event
 from ...formats.products import LandmarkMap, MarkMap
+from ...formats.waypoints import Waypoint
 from .pose import View
-from .renderer import Patch
 
 MAP, ODOM, BASE = "map", "odom", "base_link"
-
-Maps: TypeAlias = Mapping[str, LandmarkMap | MarkMap]
-"""Map by the end of its file's name (``.landmarks.yaml``)."""
 
 
 class Cause(IntEnum):
@@ -78,44 +76,24 @@ class Run:
         return range(0, int(self.motion.duration * 1e9) + 1, round(1e9 / rate_hz))
 
 
+Sensor: TypeAlias = Callable[[Run], Iterator[Event]]
+"""What a sensor says during a run, in time order."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Moment:
-    """The instant of one image.
+class Scene:
+    """A world as built.
 
     Attributes:
-        index: of the image.
-        stamp: of the image [ns].
-        pose: (3,) true pose of the robot in the plane [m, m, rad].
-        map_t_base: likewise in space, tilt included.
-        seed: of the run.
+        start_ns: stamp of the first moment of a run [ns].
+        motion: how the robot moves in the run of a seed.
+        sensors: who writes into the log; messages of one stamp come in this order.
+        maps: the maps that are written beside the log, by the end of the file's name (``.landmarks.yaml``).
+        waypoints: of the route, if there is one.
     """
 
-    index: int
-    stamp: int
-    pose: Array
-    map_t_base: View
-    seed: int
-
-
-class Scene(Protocol):
-    """What a kind of world gives of its own."""
-
-    @property
-    def patches(self) -> Sequence[Patch]:
-        """What there is to see; none where no images are rendered."""
-
-    @property
-    def maps(self) -> Maps:
-        """The maps to write beside the log."""
-
-    def motion(self, seed: int) -> Motion:
-        """Return how the robot moves in the run of a seed."""
-
-    def eye(self, time: float) -> View:
-        """Return base_T_camera at a time [s]."""
-
-    def of_image(self, moment: Moment) -> Iterator[Event]:
-        """Yield what the log says of an image beside its pixels and the true pose."""
-
-    def sensors(self, run: Run) -> Sequence[Iterator[Event]]:
-        """Return the readings of further sensors, one stream in time order for each."""
+    start_ns: int
+    motion: Callable[[int], Motion]
+    sensors: Sequence[Sensor]
+    maps: Mapping[str, LandmarkMap | MarkMap]
+    waypoints: Sequence[Waypoint] = ()

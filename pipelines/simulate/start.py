@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...formats.events import Mount, Pose, Transform
+from ...formats.events import Pose, Transform
 from ..engine.params import Field, Params
-from .pose import quaternion, rpy
+from .pose import View, place, quaternion, rpy
 from .scene import BASE, MAP, Cause, Run
 
 
@@ -19,9 +19,10 @@ class InitialPoseParams(Params):
     heading_sd_deg: float = Field(2.0, ge=0, description="error of the heading [deg]")
 
 
-def frames(run: Run, mounts: Sequence[tuple[str, Mount]]) -> Iterator[Transform]:
-    """Yield where each coordinate frame sits on the robot."""
-    for frame, mount in mounts:
+def frames(run: Run, mounts: Sequence[tuple[str, View]]) -> Iterator[Transform]:
+    """Yield where each coordinate frame sits on the robot: its name and base_T_frame."""
+    for frame, view in mounts:
+        mount = place(view)
         yield Transform(
             stamp=run.start_ns,
             topic="/tf_static",

@@ -16,7 +16,6 @@ are.
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeAlias
 
 from pydantic import ValidationError
 
@@ -26,16 +25,12 @@ from ...formats.yaml_file import YamlMapping, parse_yaml
 from .bench import BenchWorld
 from .ceiling_world import CeilingWorld
 from .explain import explain, line_of
+from .parts import World
 from .stripe_world import StripeWorld
 
 SCHEMA = "world/1"
 
-World: TypeAlias = CeilingWorld | StripeWorld | BenchWorld
-KINDS: dict[str, type[CeilingWorld] | type[StripeWorld] | type[BenchWorld]] = {
-    "ceiling": CeilingWorld,
-    "stripe": StripeWorld,
-    "stripe-bench": BenchWorld,
-}
+KINDS: dict[str, type[World]] = {"ceiling": CeilingWorld, "stripe": StripeWorld, "stripe-bench": BenchWorld}
 
 
 def read_world(path: str | Path, settings: Sequence[tuple[str, object]] = ()) -> World:

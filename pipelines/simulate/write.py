@@ -16,12 +16,12 @@ from ...formats.landmarks import write_landmarks
 from ...formats.marks import write_marks
 from ...formats.products import LandmarkMap, Trajectory
 from ...formats.tum import write_tum
-from ...formats.waypoints import Waypoint, write_waypoints
+from ...formats.waypoints import write_waypoints
 from ...formats.write_log import create_log
-from .parts import DrivenParts
+from .parts import World
 from .scene import MAP
-from .simulate import TRUE_POSE, build_scene, events_of
-from .world import World
+from .simulate import events_of
+from .truth import TRUE_POSE
 
 
 def write_simulation(world: World, out_path: str | Path, seed: int) -> list[Path]:
@@ -42,8 +42,8 @@ def write_simulation(world: World, out_path: str | Path, seed: int) -> list[Path
     log = Path(out_path)
     stamps, poses = [], []
     try:
-        scene = build_scene(world)
-        events = events_of(world, scene, seed)
+        scene = world.build()
+        events = events_of(scene, seed)
         first = next(events)
     except ValueError as err:
         raise ConfigError(f"{log}: not simulated, {err}. Change the world.") from err
@@ -66,7 +66,7 @@ def write_simulation(world: World, out_path: str | Path, seed: int) -> list[Path
         Trajectory(stamps=np.array(stamps, np.int64), positions=table[:, :3], orientations=table[:, 3:], frame_id=MAP),
         files[-1],
     )
-    if isinstance(world, DrivenParts):
+    if scene.waypoints:
         files.append(log.with_name(log.stem + ".waypoints.yaml"))
-        write_waypoints([Waypoint(w.name, w.x_m, w.y_m) for w in world.robot.waypoints], files[-1])
+        write_waypoints(scene.waypoints, files[-1])
     return files

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.simulate.camera import rays_through
+from logpose.pipelines.simulate.corridor import build_corridor
+from logpose.pipelines.simulate.pictures import pictures
 from logpose.pipelines.simulate.pose import View, rpy
-from logpose.pipelines.simulate.simulate import build_scene, expose
+from logpose.pipelines.simulate.scene import Run
 from logpose.pipelines.simulate.world import parse_world
 
 SMALL = """\
@@ -172,8 +174,9 @@ def picture():
     """Return what takes a picture (H, W) from a pose x, y, heading of the robot."""
 
     def take(world, pose, *, tilt=(0.0, 0.0), time=0.0):
-        chance = (1.0, np.random.default_rng(0))
-        return expose(world, build_scene(world), Standing(pose, tilt), time, chance)
+        run, patches = Run(Standing(pose, tilt), 0, 0), build_corridor(world.corridor).patches
+        image = next(pictures(run, patches, world.camera, world.sensor, lambda _now: world.eye(time)))
+        return image.data.reshape(image.height, image.width)
 
     return take
 
@@ -186,7 +189,7 @@ def columns_of():
     """
 
     def project(world, pose, abscissae, pan=0.0):
-        mark = build_scene(world).maps[".marks.yaml"].marks[0]
+        mark = world.build().maps[".marks.yaml"].marks[0]
         (x, y, heading), mount = pose, world.camera.mount
         c, s = np.cos(heading), np.sin(heading)
         lens = np.array([x + c * mount.x_m - s * mount.y_m, y + s * mount.x_m + c * mount.y_m])

@@ -8,7 +8,7 @@ from logpose.formats.errors import ConfigError
 from logpose.formats.events import CameraInfo, Image, Pose, Transform
 from logpose.formats.marks import read_marks
 from logpose.formats.tum import read_tum
-from logpose.pipelines.simulate.simulate import build_scene, simulate
+from logpose.pipelines.simulate.simulate import simulate
 from logpose.pipelines.simulate.world import read_world
 from logpose.pipelines.simulate.write import write_simulation
 
@@ -61,7 +61,7 @@ def test_edges_lie_where_the_paper_s_formula_has_them(bench, edge_near):
 def test_the_carriage_stands_where_the_specification_has_the_vehicle(bench):
     # papers: mark at 10, 5, -60 deg; lens at 0.25, 0.03 and panned by 15 deg; seen at 20 deg, 0.1, 1.5.
     world = bench(camera__mount={"x_m": 0.25, "y_m": 0.03, "yaw_deg": 15.0})
-    x, y, heading = build_scene(world).carriage(np.radians(20), 0.1, 1.5)
+    x, y, heading = world.carriage(np.radians(20), 0.1, 1.5)
     c, s = np.cos(np.radians(-60)), np.sin(np.radians(-60))
     there = [10 + c * x - s * y, 5 + s * x + c * y, np.degrees(heading) - 60]
     assert there == pytest.approx([8.253760205910, 4.829911603545, -5.0], abs=1e-9)
@@ -75,7 +75,7 @@ def test_where_the_camera_sits_on_the_carriage_does_not_change_what_it_sees(benc
 
 def test_the_phase_is_spread_evenly_over_a_pixel(bench):
     world = bench(bench__repeats=50, bench__phase_px=1.0)
-    stops = build_scene(world).motion(7)
+    stops = world.build().motion(7)
     poses = [
         Pose(stamp=0, position=np.array([x, y, 0]), orientation=np.array([0, 0, np.sin(h / 2), np.cos(h / 2)]))
         for x, y, h in stops.pose
@@ -173,4 +173,4 @@ def test_the_paper_s_bench_is_the_one_it_prints(root):
     assert world.camera.fx_px == pytest.approx(16.0 / (8.8 / 512), abs=1e-3)
     assert {-0.06, 0.0, 0.06} < set(world.mark.lines_m)
     assert world.bench.distances_m[0] == 0.3
-    assert len(build_scene(world).motion(0).pose) == 13 * 4 * 5
+    assert len(world.build().motion(0).pose) == 13 * 4 * 5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.errors import ConfigError
-from logpose.pipelines.simulate.simulate import build_scene
+from logpose.pipelines.simulate.corridor import build_corridor
 from logpose.pipelines.simulate.world import parse_world
 from logpose.pipelines.simulate.write import write_simulation
 
@@ -15,7 +15,7 @@ EDGES = np.array([-0.12, -0.07, -0.02, 0.02, 0.1, 0.16])
     ("at", "heading"), [((1.4, 2.4), 0.0), ((1.4, 0.0), np.pi), ((4.0, 1.0), -np.pi / 2), ((0.0, 1.0), np.pi / 2)]
 )
 def test_a_mark_points_to_the_right_of_who_looks_at_its_wall(room, at, heading):
-    mark = build_scene(room(corridor__marks__0__at_m=list(at))).building.marks.marks[0]
+    mark = build_corridor(room(corridor__marks__0__at_m=list(at)).corridor).marks.marks[0]
     np.testing.assert_allclose(mark.pose[:2], at, atol=1e-12)
     assert np.cos(mark.pose[2] - heading) == pytest.approx(1.0)
     assert mark.edges == pytest.approx(EDGES)
@@ -27,7 +27,7 @@ def test_the_map_that_is_given_has_the_errors_of_its_survey(room):
     outline = [[0, 0], [12, 0], [12, 6], [0, 6]]
     errors = {"corridor__survey_sd_m": 0.01, "corridor__survey_sd_deg": 0.5}
     world = room(corridor__marks=marks, corridor__outline_m=outline, **errors)
-    given, true = (build_scene(world).maps[end].marks for end in (".marks.yaml", ".marks.true.yaml"))
+    given, true = (world.build().maps[end].marks for end in (".marks.yaml", ".marks.true.yaml"))
     off = np.array([a.pose - b.pose for a, b in zip(given, true, strict=True)])
     assert off[:, :2].std() == pytest.approx(0.01, rel=3 / np.sqrt(2 * 80))  # 3 sigma
     assert off[:, 2].std() == pytest.approx(np.radians(0.5), rel=3 / np.sqrt(2 * 40))
@@ -36,7 +36,7 @@ def test_the_map_that_is_given_has_the_errors_of_its_survey(room):
 
 def test_marks_without_a_place_are_spread_along_the_walls(room):
     marks = [{"id": i, "lines_m": [-0.05, 0.0, 0.05]} for i in range(8)]
-    built = build_scene(room(corridor__marks=marks, corridor__outline_m=[[0, 0], [4, 0], [4, 3], [0, 3]])).building
+    built = build_corridor(room(corridor__marks=marks, corridor__outline_m=[[0, 0], [4, 0], [4, 3], [0, 3]]).corridor)
     # Perimeter 14 m, one every 1.75 m from 0.875 m on, along the outline.
     expected = [(0.875, 0), (2.625, 0), (4, 0.375), (4, 2.125), (3.125, 3), (1.375, 3), (0, 2.625), (0, 0.875)]
     np.testing.assert_allclose([m.pose[:2] for m in built.marks.marks], expected, atol=1e-9)
@@ -95,8 +95,8 @@ def test_light_falls_off_along_the_wall_and_away_from_the_lamps(room, picture):
 def test_clutter_leaves_the_marks_free_and_stays_on_its_wall(room):
     marks = [{"id": i, "lines_m": [-0.05, 0.0, 0.05]} for i in range(6)]
     settings = {"corridor__marks": marks, "corridor__outline_m": [[0, 0], [14, 0], [14, 3], [0, 3]]}
-    bare = build_scene(room(**settings)).building
-    full = build_scene(room(**settings, corridor__clutter={"per_m": 1.0, "clearance_m": 0.1})).building
+    bare = build_corridor(room(**settings).corridor)
+    full = build_corridor(room(**settings, corridor__clutter={"per_m": 1.0, "clearance_m": 0.1}).corridor)
     np.testing.assert_array_equal([m.pose for m in full.marks.marks], [m.pose for m in bare.marks.marks])
     n = 0
     for wall, empty in zip(full.patches[:4], bare.patches[:4], strict=True):

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from logpose.formats.events import Imu
-from logpose.pipelines.simulate.simulate import build_scene, events_of
+from logpose.pipelines.simulate.simulate import events_of
 
 
 def test_the_attitude_sensor_tells_the_floor_s_tilt_to_its_noise(room):
     imu = {"rate_hz": 100.0, "tilt_sd_deg": 0.2, "heading_sd_deg": 0.3, "rate_sd_radps": 0.01}
     world = room(robot__tilt={"sd_deg": 2.0}, robot__waypoints__1__x_m=3.5, imu=imu)
-    scene = build_scene(world)
+    scene = world.build()
     driven = scene.motion(1)
-    readings = [e for e in events_of(world, scene, 1) if isinstance(e, Imu)]
+    readings = [e for e in events_of(scene, 1) if isinstance(e, Imu)]
     times = np.array([e.stamp - world.start_stamp_ns for e in readings]) * 1e-9
     x, y, z, w = np.array([e.orientation for e in readings]).T
     roll, pitch = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), np.arcsin(2 * (w * y - z * x))

@@ -8,10 +8,12 @@ import pytest
 
 from logpose.formats.events import NO_ID, CameraInfo, Image, Odometry, Pose, Sightings, Transform
 from logpose.pipelines.simulate.camera import base_camera, calibration_of
-from logpose.pipelines.simulate.ceiling_world import true_sightings
+from logpose.pipelines.simulate.ceiling import build_ceiling
 from logpose.pipelines.simulate.renderer import render
 from logpose.pipelines.simulate.robot import drive
-from logpose.pipelines.simulate.simulate import build_scene, simulate
+from logpose.pipelines.simulate.scene import Run
+from logpose.pipelines.simulate.sightings import true_sightings
+from logpose.pipelines.simulate.simulate import simulate
 from logpose.pipelines.simulate.world import read_world
 
 
@@ -75,7 +77,7 @@ def test_a_cause_has_a_stream_of_its_own(small):
 
 def test_without_noise_images_are_the_rendered_light(small):
     world = clean(small)
-    built, driven = build_scene(world).building, drive(world.robot, np.random.default_rng([1, 1]))
+    built, driven = build_ceiling(world.ceiling, world.robot.route), drive(world.robot, np.random.default_rng([1, 1]))
     images = [e for e in simulate(world, 1) if isinstance(e, Image)]
     for k in (0, 7):
         view = driven.view(k * 0.2) @ base_camera(world.camera)
@@ -115,7 +117,7 @@ def test_the_true_sighting_is_where_the_lamp_is_in_the_image(small, centroid):
 
 def test_true_sightings_are_the_landmarks_seen_from_the_robot(small):
     world = small(ceiling__clutter__false_lights_per_m2=0.5, robot__tilt={"sd_deg": 0.0})
-    built = build_scene(world).building
+    built = build_ceiling(world.ceiling, world.robot.route)
     events = list(simulate(world, 1))
     seen = 0
     for pose, sightings in pairwise(events):
@@ -181,12 +183,11 @@ def test_abstract_sightings_have_the_errors_that_were_asked_for(small):
 
 def test_the_paper_s_robot_sees_what_the_paper_counts(root):
     world = read_world(root / "papers" / "ceiling" / "world.yaml")
-    built, driven = build_scene(world).building, drive(world.robot, np.random.default_rng([0, 1]))
+    built, driven = build_ceiling(world.ceiling, world.robot.route), drive(world.robot, np.random.default_rng([0, 1]))
     period = round(1e9 / world.camera.rate_hz)
-    counts, ids = [], set()
+    run, counts, ids = Run(driven, 1, 0), [], set()
     for k in range(0, int(driven.duration * 1e9) // period, 3):
-        time = k * period * 1e-9
-        found = true_sightings(world, driven.view(time), driven.at(time)[0], built, 1)
+        found = true_sightings(run, k * period, world.camera, built)
         counts.append(len(found.ids))
         ids |= set(found.ids.tolist())
     share = np.bincount(counts) / len(counts)

@@ -7,8 +7,9 @@ import pytest
 from logpose.formats.events import Image, Imu, JointState, Odometry, Pose, Transform
 from logpose.formats.log import open_log
 from logpose.formats.marks import read_marks
+from logpose.pipelines.simulate.corridor import build_corridor
 from logpose.pipelines.simulate.pose import View, rpy
-from logpose.pipelines.simulate.simulate import build_scene, events_of, simulate
+from logpose.pipelines.simulate.simulate import events_of, simulate
 from logpose.pipelines.simulate.world import read_world
 from logpose.pipelines.simulate.write import write_simulation
 
@@ -34,10 +35,9 @@ def test_edges_bend_and_lean_as_opencv_s_camera_has_them(room, edge_near, pictur
     lens = (-0.15, 0.02, 0.001, -0.0005, 0.01)
     world = room(camera__distortion=list(lens), camera__mount__pitch_deg=-4.0, camera__mount__roll_deg=3.0)
     image = picture(world, (1.1, 1.5, 0.2), tilt=(0.02, -0.03))
-    scene = build_scene(world)
-    view = View(rpy(0.02, -0.03, 0.2), np.array([1.1, 1.5, 0.0])) @ scene.eye(0)
+    view = View(rpy(0.02, -0.03, 0.2), np.array([1.1, 1.5, 0.0])) @ world.eye(0)
     matrix = np.array([[300.0, 0, 158.3], [0, 300.0, 121.2], [0, 0, 1]])
-    mark = scene.building.marks.marks[0]
+    mark = build_corridor(world.corridor).marks.marks[0]
     along = np.array([np.cos(mark.pose[2]), np.sin(mark.pose[2])])
     heights, leaning, checked = np.linspace(0.82, 0.98, 400), [], 0
     for abscissa in EDGES:
@@ -56,8 +56,8 @@ def test_edges_bend_and_lean_as_opencv_s_camera_has_them(room, edge_near, pictur
 
 def test_events_come_in_time_order_and_the_truth_is_that_of_the_drive(room):
     world = room(robot__tilt={"sd_deg": 0.5}, imu={}, head={})
-    scene = build_scene(world)
-    events = list(events_of(world, scene, 3))
+    scene = world.build()
+    events = list(events_of(scene, 3))
     assert [e.stamp for e in events] == sorted(e.stamp for e in events)
     kinds = {(type(e), e.topic, e.frame_id): None for e in events}
     assert {topic for _, topic, _ in kinds} == {
@@ -89,7 +89,7 @@ def test_a_run_is_written_with_its_marks_and_read_back(room, tmp_path):
     world = room(camera__rate_hz=2.0, imu={"rate_hz": 10.0}, head={"rate_hz": 10.0})
     files = write_simulation(world, tmp_path / "run.mcap", 1)
     assert [f.name for f in files] == ["run.mcap", "run.marks.yaml", "run.truth.tum", "run.waypoints.yaml"]
-    mark, built = read_marks(files[1]).marks[0], build_scene(world).building.marks.marks[0]
+    mark, built = read_marks(files[1]).marks[0], build_corridor(world.corridor).marks.marks[0]
     for name in ("lines", "bars", "pose", "height", "id"):
         np.testing.assert_array_equal(getattr(mark, name), getattr(built, name))
     topics = {"image": "auto", "imu": "/imu/data", "joints": "/joint_states", "truth": "/ground_truth/pose"}
@@ -130,6 +130,6 @@ def test_the_same_seed_gives_the_same_bytes_and_another_one_others(room, tmp_pat
 @pytest.mark.parametrize("name", ["papers/stripe/corridor.world.yaml", "sample_logs/stripe.world.yaml"])
 def test_the_corridors_of_the_project_can_be_built_and_driven(root, name):
     world = read_world(root / name)
-    scene = build_scene(world)
-    assert len(scene.building.marks) >= 4
+    scene = world.build()
+    assert len(build_corridor(world.corridor).marks) >= 4
     assert scene.motion(0).duration > 20

@@ -7,7 +7,8 @@ from logpose.formats.errors import ConfigError
 from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
 from logpose.formats.tum import read_tum
-from logpose.pipelines.simulate.simulate import build_scene, simulate
+from logpose.pipelines.simulate.ceiling import build_ceiling
+from logpose.pipelines.simulate.simulate import simulate
 from logpose.pipelines.simulate.write import write_simulation
 
 
@@ -39,7 +40,7 @@ def test_what_is_written_is_what_was_simulated(small, tmp_path, suffix):
             np.testing.assert_allclose(a[0].mount.rotation, b[0].mount.rotation, atol=1e-12)
         else:
             np.testing.assert_array_equal([e.position for e in a], [e.position for e in b])
-    built = build_scene(world).building
+    built = build_ceiling(world.ceiling, world.robot.route)
     np.testing.assert_array_equal(read_landmarks(given).positions, built.surveyed)
     np.testing.assert_array_equal(read_landmarks(true).positions, built.landmarks)
     table = read_tum(truth)
@@ -54,4 +55,15 @@ def test_a_world_that_cannot_be_built_leaves_no_file(small, tmp_path):
     world = small(ceiling__landmarks__count=99, ceiling__landmarks__near_route=99)
     with pytest.raises(ConfigError, match=r"run\.mcap: not simulated, no room for 99 landmarks"):
         write_simulation(world, tmp_path / "run.mcap", 1)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_lens_that_folds_over_is_told_before_a_file_is_made(small, tmp_path):
+    world = small(camera__fx_px=80.0, camera__distortion=[-0.6, 0.0, 0.0, 0.0, 0.0])
+    with pytest.raises(ConfigError) as caught:
+        write_simulation(world, tmp_path / "run.mcap", 1)
+    assert str(caught.value) == (
+        f"{tmp_path / 'run.mcap'}: not simulated, the lens (-0.6, 0.0, 0.0, 0.0, 0.0) folds over inside the image; "
+        "some pixels see nothing. Change the world."
+    )
     assert list(tmp_path.iterdir()) == []
