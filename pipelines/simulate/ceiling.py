@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ...formats.events import Array
 from ..engine.params import Field, Params
-from .parts import Point, Span
+from .pairs import Point, Span
 from .renderer import Patch, Texture
 from .shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape
 
@@ -45,7 +45,7 @@ class LandmarkParams(Params):
     halo: float = Field(0.1, ge=0, description="glow at a lamp's rim, relative to the lamp [1]")
 
 
-class ClutterParams(Params):
+class CeilingClutterParams(Params):
     """What hangs there and is no landmark."""
 
     per_m2: float = Field(0.4, ge=0, le=20, description="panels, vents, strips, hexagons [1/m^2]")
@@ -80,7 +80,7 @@ class CeilingParams(Params):
     size_m: Point = Field((100.0, 50.0), description="extent along x and y, from 0, 0 [m]")
     seed: int = Field(1, ge=0, description="draws the building: layout, sizes, survey errors")
     landmarks: LandmarkParams = Field(LandmarkParams(), description="what the map holds")
-    clutter: ClutterParams = Field(ClutterParams(), description="what it does not hold")
+    clutter: CeilingClutterParams = Field(CeilingClutterParams(), description="what it does not hold")
     tiles: TileParams = Field(TileParams(), description="the background")
     gaps: tuple[GapParams, ...] = Field((), description="places without landmarks")
     survey_sd_m: float = Field(0.0, ge=0, le=1, description="error of the map, standard deviation in x and in y [m]")

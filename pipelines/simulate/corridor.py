@@ -21,7 +21,7 @@ from ..engine.params import Field, Params
 from .clutter import ClutterParams, make
 from .light import LightParams, lit
 from .marks import PatternParams
-from .parts import Point
+from .pairs import Point
 from .renderer import Patch
 from .scene import MAP
 from .shapes import Drawing, Shape

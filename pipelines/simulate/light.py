@@ -13,7 +13,7 @@ import numpy as np
 
 from ...formats.events import Array
 from ..engine.params import Field, Params
-from .parts import Point
+from .pairs import Point
 from .renderer import Patch
 
 NODE_M = 0.12

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, model_validator
 from ...formats.events import Array
 from ...formats.products import StripeMark
 from ..engine.params import Field, Params
-from .parts import Span
+from .pairs import Span
 from .shapes import RECTANGLE, Shape
 
 

@@ -2,9 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Annotated, Literal
-
-from pydantic import AfterValidator
+from typing import Literal
 
 from ...formats.waypoints import Waypoint
 from ..engine.params import Field, Params
@@ -21,18 +19,6 @@ from .start import InitialPoseParams, frames, start_pose
 from .truth import true_poses
 
 START_NS = 1_451_606_400_000_000_000
-
-Point = tuple[float, float]
-
-
-def ordered(span: Point) -> Point:
-    """Refuse a span that begins above its end."""
-    if span[0] > span[1]:
-        raise ValueError("should not begin above its end")
-    return span
-
-
-Span = Annotated[Point, AfterValidator(ordered)]
 
 
 class World(Params):

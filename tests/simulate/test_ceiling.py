@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.simulate.ceiling import (
+    CeilingClutterParams,
     CeilingParams,
-    ClutterParams,
     GapParams,
     LandmarkParams,
     build_ceiling,
@@ -23,7 +23,7 @@ def build(seed=1, clutter=None, gaps=(), survey=0.0, **landmarks):
             seed=seed,
             survey_sd_m=survey,
             landmarks=LandmarkParams(**{"count": 60, "near_route": 40, **landmarks}),
-            clutter=clutter or ClutterParams(per_m2=0.2),
+            clutter=clutter or CeilingClutterParams(per_m2=0.2),
             gaps=gaps,
         ),
         ROUTE,
@@ -71,7 +71,7 @@ def test_the_map_has_the_error_of_its_survey():
 
 
 def test_false_lights_look_alike_but_are_not_in_the_map():
-    ceiling = build(clutter=ClutterParams(per_m2=0.0, false_lights_per_m2=0.1))
+    ceiling = build(clutter=CeilingClutterParams(per_m2=0.0, false_lights_per_m2=0.1))
     n = len(ceiling.false_lights)
     assert n == pytest.approx(60, abs=3 * np.sqrt(60))  # 600 m^2
     assert len(ceiling.radii) == len(ceiling.landmarks) + n
@@ -80,7 +80,7 @@ def test_false_lights_look_alike_but_are_not_in_the_map():
 
 
 def test_clutter_leaves_the_landmarks_free():
-    ceiling = build(clutter=ClutterParams(per_m2=2.0, clearance_m=0.03))
+    ceiling = build(clutter=CeilingClutterParams(per_m2=2.0, clearance_m=0.03))
     rounds = {(s.x, s.y) for s in ceiling.patch.drawing.shapes if s.kind == 0}
     others = [s for s in ceiling.patch.drawing.shapes if (s.x, s.y) not in rounds]
     assert len(others) > 300
@@ -108,7 +108,7 @@ def test_the_building_follows_from_its_seed():
 
 
 def test_clutter_does_not_move_the_landmarks():
-    np.testing.assert_array_equal(build().landmarks, build(clutter=ClutterParams(per_m2=1.0)).landmarks)
+    np.testing.assert_array_equal(build().landmarks, build(clutter=CeilingClutterParams(per_m2=1.0)).landmarks)
 
 
 @pytest.mark.parametrize(
