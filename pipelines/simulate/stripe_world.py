@@ -9,10 +9,11 @@ from pydantic import model_validator
 
 from ..engine.params import Field
 from .camera import LevelCameraParams
-from .corridor import CorridorParams, build_corridor, is_inside
+from .corridor import CorridorParams, build_corridor
 from .head import HeadParams, joints
 from .parts import DrivenWorld
 from .pose import View
+from .room import is_inside
 from .scene import Scene, Sensor
 
 
