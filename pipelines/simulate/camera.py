@@ -78,16 +78,6 @@ def calibration_of(params: CameraParams) -> Calibration:
     return Calibration(*size, params.fx_px, params.fy_px, cx, cy, "plumb_bob", params.distortion)
 
 
-def look(position: Array, yaw: float, pitch: float) -> View:
-    """Return the pose of a camera at ``position`` (3,) [m] that looks along yaw and pitch, image top up [rad].
-
-    The view direction is (cos yaw cos pitch, sin yaw cos pitch, sin pitch) in a world with z up.
-    """
-    forward = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
-    right = np.array([np.sin(yaw), -np.cos(yaw), 0.0])
-    return View(np.stack([right, np.cross(forward, right), forward], axis=1), np.asarray(position, float))
-
-
 def _bend(x: Array, y: Array, lens: tuple[float, ...]) -> tuple[Array, Array]:
     k1, k2, p1, p2, k3 = lens
     r2 = x * x + y * y

@@ -199,7 +199,7 @@ def shade(
         seen: inverse depth and ids of ``raster``, the patch's id, and the box of its pixels.
         surface: the texture's level to use, bars, cells, shapes, glows and shading:
             texture: grey levels, start, width (0 for none), height, texels per metre, is it tiled, radiance of white;
-            bars: pitch x, y, offset x, y, width (0 for none) [m], how near counts as near [m], radiance;
+            bars: pitch, width (0 for none), how near counts as near [m], radiance;
             cells: side of a cell [m], columns, rows, and per cell the shapes and the glows as starts and lists;
             shapes: (N, 11) kind, x, y, cos, sin, half length, half width, corner radius, radiance, and how far from the
             centre a pixel can touch it along U and V [m]; later ones cover earlier;
@@ -215,8 +215,8 @@ def shade(
     # Numbers that do not change are copied out of their arrays: the compiler cannot know that ``out`` is none of them.
     s0, s1, s2 = size[0] * plane[1, 0], size[0] * plane[1, 1], size[0] * plane[1, 2]
     t0, t1, t2 = size[1] * plane[2, 0], size[1] * plane[2, 1], size[1] * plane[2, 2]
-    pitch_a, pitch_b, offset_a, offset_b, bar, margin, bar_light = bars
-    per_a, per_b, per_cell, near_bar = 1.0 / pitch_a, 1.0 / pitch_b, 1.0 / side, 0.5 * bar + margin
+    pitch, bar, margin, bar_light = bars
+    per_pitch, per_cell, near_bar = 1.0 / pitch, 1.0 / side, 0.5 * bar + margin
     step = np.empty((2, 2))
     for v in range(box[2], box[3] + 1):
         for u in range(box[0], box[1] + 1):
@@ -233,9 +233,8 @@ def shade(
             cell = min(max(int(b * per_cell), 0), rows - 1) * columns + column
             has_grid = False
             if bar > 0.0:
-                ga, gb = a - offset_a, b - offset_b
-                ga -= pitch_a * np.floor(ga * per_a + 0.5)
-                gb -= pitch_b * np.floor(gb * per_b + 0.5)
+                ga = a - pitch * np.floor(a * per_pitch + 0.5)
+                gb = b - pitch * np.floor(b * per_pitch + 0.5)
                 has_grid = min(abs(ga), abs(gb)) < near_bar
             has_step = False
             if has_grid:

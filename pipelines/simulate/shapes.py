@@ -17,8 +17,8 @@ CELL_M = 0.2
 MARGIN_M = 0.03
 
 Ints = npt.NDArray[np.int64]
-BarNumbers = tuple[float, float, float, float, float, float, float]
-NO_BARS = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+BarNumbers = tuple[float, float, float, float]
+NO_BARS = (1.0, 0.0, 0.0, 0.0)
 CellTables = tuple[float, int, int, Ints, Ints, Ints, Ints]
 
 
@@ -85,8 +85,6 @@ class Bars:
     pitch: float
     width: float
     radiance: float
-    x: float = 0.0
-    y: float = 0.0
 
 
 @dataclass(slots=True, eq=False)
@@ -107,7 +105,7 @@ class Drawing:
             glow_cells = _cells([(g.x, g.y, g.radius + g.reach, g.radius + g.reach) for g in self.glows], columns, rows)
             glows = [[g.x, g.y, g.radius, g.strength, g.length, g.reach] for g in self.glows]
             b = self.bars
-            bars = (b.pitch, b.pitch, b.x, b.y, b.width, MARGIN_M / 2, b.radiance) if b else NO_BARS
+            bars = (b.pitch, b.width, MARGIN_M / 2, b.radiance) if b else NO_BARS
             self._tables = (
                 bars,
                 (CELL_M, columns, rows, *shape_cells, *glow_cells),

@@ -47,6 +47,18 @@ def small():
 
 
 @pytest.fixture
+def look():
+    """Return a function that makes the pose of a camera somewhere that looks along yaw and pitch, image top up [rad]."""
+
+    def view(position, yaw, pitch):
+        forward = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
+        right = np.array([np.sin(yaw), -np.cos(yaw), 0.0])
+        return View(np.stack([right, np.cross(forward, right), forward], axis=1), np.asarray(position, float))
+
+    return view
+
+
+@pytest.fixture
 def supersampled():
     """Return the brute-force reference: the share of each pixel in a window whose sub-pixels lie inside a shape."""
 

@@ -11,7 +11,6 @@ from logpose.pipelines.simulate.camera import (
     CameraParams,
     base_camera,
     calibration_of,
-    look,
     project,
     ray_table,
     rays_through,
@@ -22,7 +21,7 @@ LENS = (-0.15, 0.02, 0.001, -0.0005, 0.01)
 PINHOLE = Calibration(640, 480, 525.0, 525.0, 319.5, 239.5, "plumb_bob", (0.0,) * 5)
 
 
-def test_a_camera_that_looks_along_yaw_and_pitch_agrees_with_the_specification():
+def test_a_camera_that_looks_along_yaw_and_pitch_agrees_with_the_specification(look):
     view = look(np.array([5.2, 2.2, 1.1]), np.radians(97), np.radians(6))
     expected = [
         [0.992546151641, 0.121869343405, 0],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.calibration import Calibration
-from logpose.pipelines.simulate.camera import CameraParams, base_camera, look, project
+from logpose.pipelines.simulate.camera import CameraParams, base_camera, project
 from logpose.pipelines.simulate.pose import MountParams, View, rpy
 from logpose.pipelines.simulate.renderer import Patch, Texture, depth_image, finer, plane_rows, render
 from logpose.pipelines.simulate.shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape
@@ -37,7 +37,7 @@ def wall_ahead(distance, side, **more):
     return Patch(corner, np.array([0, -side, 0.0]), np.array([0, 0.0, -side]), **more)
 
 
-def test_depth_of_a_wall_agrees_with_the_specification():
+def test_depth_of_a_wall_agrees_with_the_specification(look):
     view = look(np.array([5.2, 2.2, 1.1]), np.radians(97), np.radians(6))
     wall = Patch(np.array([10.0, 10, 0]), np.array([-10.0, 0, 0]), np.array([0, 0, 2.7]))
     g = plane_rows(wall, view)[0]
@@ -47,7 +47,7 @@ def test_depth_of_a_wall_agrees_with_the_specification():
     assert depth[240, 320] == pytest.approx(7.900144163808, abs=1e-6)  # float32
 
 
-def test_a_patch_is_seen_from_its_front_only():
+def test_a_patch_is_seen_from_its_front_only(look):
     wall = Patch(np.array([10.0, 10, 0]), np.array([-10.0, 0, 0]), np.array([0, 0, 2.7]))
     view = look(np.array([5.2, 2.2, 1.1]), np.radians(97), np.radians(6))
     assert (depth_image([replace(wall, side_u=-wall.side_u, corner=np.array([0.0, 10, 0]))], view, PINHOLE) == 0).all()
@@ -55,7 +55,7 @@ def test_a_patch_is_seen_from_its_front_only():
     assert (depth_image([wall], away, PINHOLE) == 0).all()
 
 
-def test_the_nearer_patch_hides_the_farther_in_any_order():
+def test_the_nearer_patch_hides_the_farther_in_any_order(look):
     far = wall_ahead(4.0, 8.0, radiance=0.2)
     near = wall_ahead(2.0, 1.0, radiance=0.9)
     view = look(np.zeros(3), 0.0, 0.0)
@@ -69,7 +69,7 @@ def test_the_nearer_patch_hides_the_farther_in_any_order():
     assert (depth[240] < 3).sum() == pytest.approx(262.5, abs=1)
 
 
-def test_a_floor_under_the_camera_is_clipped_not_folded():
+def test_a_floor_under_the_camera_is_clipped_not_folded(look):
     floor = Patch(np.array([-50.0, -50, 0]), np.array([0.0, 100, 0]), np.array([100.0, 0, 0]), radiance=0.5)
     depth = depth_image([floor], look(np.array([0, 0, 1.0]), 0.0, 0.0), PINHOLE)
     assert (depth[:240] == 0).all()
@@ -218,7 +218,7 @@ def test_later_shapes_cover_earlier_ones_and_a_glow_adds():
     assert profile[-1] == pytest.approx(0.1)
 
 
-def test_a_picture_on_a_wall_is_not_mirrored():
+def test_a_picture_on_a_wall_is_not_mirrored(look):
     letter = np.zeros((8, 8), np.uint8)
     letter[:, 0] = letter[0] = 255  # a Greek gamma: bars on top and to the left
     wall = wall_ahead(4.0, 2.0, texture=Texture.of(letter, 4.0))
@@ -231,7 +231,7 @@ def test_a_picture_on_a_wall_is_not_mirrored():
     assert image[239 + 120, 320] < 0.1
 
 
-def test_a_texture_seen_from_afar_is_averaged():
+def test_a_texture_seen_from_afar_is_averaged(look):
     checks = (np.indices((256, 256)).sum(axis=0) % 2 * 255).astype(np.uint8)
     wall = wall_ahead(8.0, 8.0, texture=Texture.of(checks, 400.0, is_tiled=True))
     image = render([wall], [look(np.zeros(3), 0.0, 0.0)], PINHOLE)
@@ -249,7 +249,7 @@ def test_finer_pixels_divide_the_pixels_of_the_same_camera():
     assert (fine.width, fine.height) == (1920, 1440)
 
 
-def test_finer_pixels_see_the_same_and_the_border_of_a_post_smoother(centroid):
+def test_finer_pixels_see_the_same_and_the_border_of_a_post_smoother(centroid, look):
     patch = ceiling([disc(5.2, 5.3)])
     one, mean = (render([patch], [robot()], finer(BENT, n)) for n in (1, 3))
     mean = mean.reshape(240, 3, 320, 3).mean(axis=(1, 3))
@@ -263,7 +263,7 @@ def test_finer_pixels_see_the_same_and_the_border_of_a_post_smoother(centroid):
     np.testing.assert_allclose(row[[291, 292, 293, 344, 345, 346]], [0, 0.25, 1, 1, 0.25, 0], atol=1e-6)
 
 
-def test_shading_is_linear_between_its_nodes():
+def test_shading_is_linear_between_its_nodes(look):
     view = look(np.zeros(3), 0.0, 0.0)
     wall = wall_ahead(4.0, 8.0, radiance=0.5, shading=np.array([[0.2, 1.0], [0.6, 1.4]]))
     image = render([wall], [view], PINHOLE)
