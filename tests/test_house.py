@@ -96,6 +96,11 @@ def test_shared_models_know_no_events_and_no_files(package):
         assert not any(target[:1] == ("formats",) for target in imports(path)), path.name
 
 
+def test_a_simulated_sensor_knows_no_world():
+    for path in (ROOT / "pipelines" / "simulate" / "sensors").glob("*.py"):
+        assert not any("worlds" in target for target in imports(path)), path.name
+
+
 def test_only_formats_opens_files():
     words = {
         "open",

@@ -257,7 +257,7 @@ def shade(
 
 @_compiled
 def expose(light: Floats, shares: Floats, noise: Floats, levels: tuple[float, float, float], out: Bytes) -> None:
-    """Turn radiance into bytes by ``sensor`` eqs. (1), (2); ``levels`` are gain, read noise and shot noise."""
+    """Turn radiance into bytes by ``imager`` eqs. (1), (2); ``levels`` are gain, read noise and shot noise."""
     gain, read, shot = levels
     for v in range(light.shape[0]):
         for u in range(light.shape[1]):

@@ -10,8 +10,8 @@ import heapq
 from collections.abc import Iterator
 
 from ...formats.events import Event
-from .parts import World
 from .scene import Run, Scene
+from .worlds.base import World
 
 
 def simulate(world: World, seed: int) -> Iterator[Event]:

@@ -22,11 +22,11 @@ from pydantic import ValidationError
 from ...formats.errors import ConfigError, FormatError
 from ...formats.text import read_text
 from ...formats.yaml_file import YamlMapping, parse_yaml
-from .bench import BenchWorld
-from .ceiling_world import CeilingWorld
 from .explain import explain, line_of
-from .parts import World
-from .stripe_world import StripeWorld
+from .worlds.base import World
+from .worlds.bench import BenchWorld
+from .worlds.ceiling_world import CeilingWorld
+from .worlds.stripe_world import StripeWorld
 
 SCHEMA = "world/1"
 

@@ -18,10 +18,10 @@ from ...formats.products import LandmarkMap, Trajectory
 from ...formats.tum import write_tum
 from ...formats.waypoints import write_waypoints
 from ...formats.write_log import create_log
-from .parts import World
 from .scene import MAP
+from .sensors.truth import TRUE_POSE
 from .simulate import events_of
-from .truth import TRUE_POSE
+from .worlds.base import World
 
 
 def write_simulation(world: World, out_path: str | Path, seed: int) -> list[Path]:

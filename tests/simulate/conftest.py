@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.simulate.camera import rays_through
-from logpose.pipelines.simulate.corridor import build_corridor
-from logpose.pipelines.simulate.pictures import pictures
 from logpose.pipelines.simulate.pose import View, rpy
 from logpose.pipelines.simulate.scene import Run
+from logpose.pipelines.simulate.sensors.pictures import pictures
 from logpose.pipelines.simulate.world import parse_world
+from logpose.pipelines.simulate.worlds.corridor import build_corridor
 
 SMALL = """\
 logpose: world/1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from logpose.pipelines.simulate.ceiling import (
+from logpose.pipelines.simulate.worlds.ceiling import (
     CeilingClutterParams,
     CeilingParams,
     GapParams,

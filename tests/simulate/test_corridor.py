@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from logpose.formats.errors import ConfigError
-from logpose.pipelines.simulate.corridor import build_corridor
 from logpose.pipelines.simulate.world import parse_world
+from logpose.pipelines.simulate.worlds.corridor import build_corridor
 from logpose.pipelines.simulate.write import write_simulation
 
 EDGES = np.array([-0.12, -0.07, -0.02, 0.02, 0.1, 0.16])

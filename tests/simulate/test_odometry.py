@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from logpose.pipelines.simulate.odometry import OdometryParams, odometry
 from logpose.pipelines.simulate.robot import RobotParams, WaypointParams, drive
 from logpose.pipelines.simulate.scene import Run
+from logpose.pipelines.simulate.sensors.odometry import OdometryParams, odometry
 
 PERFECT = {
     "speed_scale_pct": 0.0,

@@ -8,13 +8,13 @@ import pytest
 
 from logpose.formats.events import NO_ID, CameraInfo, Image, Odometry, Pose, Sightings, Transform
 from logpose.pipelines.simulate.camera import base_camera, calibration_of
-from logpose.pipelines.simulate.ceiling import build_ceiling
 from logpose.pipelines.simulate.renderer import render
 from logpose.pipelines.simulate.robot import drive
 from logpose.pipelines.simulate.scene import Run
-from logpose.pipelines.simulate.sightings import true_sightings
 from logpose.pipelines.simulate.simulate import simulate
 from logpose.pipelines.simulate.world import read_world
+from logpose.pipelines.simulate.worlds.ceiling import build_ceiling
+from logpose.pipelines.simulate.worlds.sightings import true_sightings
 
 
 def bytes_of(events):

@@ -7,10 +7,10 @@ import pytest
 from logpose.formats.events import Image, Imu, JointState, Odometry, Pose, Transform
 from logpose.formats.log import open_log
 from logpose.formats.marks import read_marks
-from logpose.pipelines.simulate.corridor import build_corridor
 from logpose.pipelines.simulate.pose import View, rpy
 from logpose.pipelines.simulate.simulate import events_of, simulate
 from logpose.pipelines.simulate.world import read_world
+from logpose.pipelines.simulate.worlds.corridor import build_corridor
 from logpose.pipelines.simulate.write import write_simulation
 
 EDGES = np.array([-0.12, -0.07, -0.02, 0.02, 0.1, 0.16])

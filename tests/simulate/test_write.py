@@ -7,8 +7,8 @@ from logpose.formats.errors import ConfigError
 from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
 from logpose.formats.tum import read_tum
-from logpose.pipelines.simulate.ceiling import build_ceiling
 from logpose.pipelines.simulate.simulate import simulate
+from logpose.pipelines.simulate.worlds.ceiling import build_ceiling
 from logpose.pipelines.simulate.write import write_simulation
 
 

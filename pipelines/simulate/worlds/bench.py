@@ -20,17 +20,17 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
-from ...formats.events import Array
-from ...formats.products import MarkMap
-from ..engine.params import Field, Params
-from .camera import LevelCameraParams
+from ....formats.events import Array
+from ....formats.products import MarkMap
+from ...engine.params import Field, Params
+from ..camera import LevelCameraParams
+from ..pose import View, rpy
+from ..renderer import Patch
+from ..scene import MAP, Cause, Scene, stream_of
+from ..sensors.start import frames
+from ..shapes import Drawing
+from .base import World
 from .marks import PatternParams
-from .parts import World
-from .pose import View, rpy
-from .renderer import Patch
-from .scene import MAP, Cause, Scene, stream_of
-from .shapes import Drawing
-from .start import frames
 
 CLEARANCE_M = 0.06
 """What is nearer to the lens is not drawn."""

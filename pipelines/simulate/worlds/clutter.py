@@ -10,8 +10,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from ..engine.params import Field, Params
-from .shapes import RECTANGLE, Shape
+from ...engine.params import Field, Params
+from ..shapes import RECTANGLE, Shape
 
 Kind = Literal["door", "poster", "fence", "blinds", "radiator", "shelf"]
 Rectangles: TypeAlias = list[tuple[float, float, float, float, float]]

@@ -12,14 +12,14 @@ from typing import Self
 import numpy as np
 from pydantic import model_validator
 
-from ...formats.products import MarkMap
-from ..engine.params import Field
+from ....formats.products import MarkMap
+from ...engine.params import Field
+from ..renderer import Patch
+from ..scene import MAP
+from ..shapes import Shape
 from .marks import PatternParams
 from .pairs import Point
-from .renderer import Patch
 from .room import RoomParams, Wall, furnish, walls_of
-from .scene import MAP
-from .shapes import Shape
 
 ON_WALL_M = 0.02
 """A mark that is said to be nearer than this to a wall hangs on it."""

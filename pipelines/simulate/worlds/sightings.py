@@ -5,12 +5,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...formats.events import NO_ID, Array, Sightings
-from ..engine.params import Field, Params
-from .camera import CameraParams, base_camera, calibration_of, project, rays_through
+from ....formats.events import NO_ID, Array, Sightings
+from ...engine.params import Field, Params
+from ..camera import CameraParams, base_camera, calibration_of, project, rays_through
+from ..renderer import reach
+from ..scene import BASE, Cause, Run
 from .ceiling import Ceiling
-from .renderer import reach
-from .scene import BASE, Cause, Run
 
 TRUE_SIGHTINGS = "/ground_truth/sightings"
 

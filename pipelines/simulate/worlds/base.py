@@ -4,19 +4,19 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Literal
 
-from ...formats.waypoints import Waypoint
-from ..engine.params import Field, Params
-from .camera import CameraParams, base_camera
-from .imu import ImuParams, attitude
-from .odometry import OdometryParams, odometry
-from .pictures import camera_infos, pictures
-from .pose import View
-from .renderer import Patch
-from .robot import Drive, RobotParams, drive
-from .scene import Cause, Scene, Sensor, stream_of
-from .sensor import SensorParams
-from .start import InitialPoseParams, frames, start_pose
-from .truth import true_poses
+from ....formats.waypoints import Waypoint
+from ...engine.params import Field, Params
+from ..camera import CameraParams, base_camera
+from ..pose import View
+from ..renderer import Patch
+from ..robot import Drive, RobotParams, drive
+from ..scene import Cause, Scene, Sensor, stream_of
+from ..sensors.imager import SensorParams
+from ..sensors.imu import ImuParams, attitude
+from ..sensors.odometry import OdometryParams, odometry
+from ..sensors.pictures import camera_infos, pictures
+from ..sensors.start import InitialPoseParams, frames, start_pose
+from ..sensors.truth import true_poses
 
 START_NS = 1_451_606_400_000_000_000
 

@@ -13,10 +13,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...formats.events import Array, JointState
-from ..engine.params import Field, Params
-from .pose import View, rpy
-from .scene import Cause, Run
+from ....formats.events import Array, JointState
+from ...engine.params import Field, Params
+from ..pose import View, rpy
+from ..scene import Cause, Run
 
 
 class SweepParams(Params):

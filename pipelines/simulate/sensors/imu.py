@@ -9,10 +9,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...formats.events import Array, Imu
-from ..engine.params import Field, Params
-from .pose import MountParams, View, place, quaternion, rpy
-from .scene import Cause, Run
+from ....formats.events import Array, Imu
+from ...engine.params import Field, Params
+from ..pose import MountParams, View, place, quaternion, rpy
+from ..scene import Cause, Run
 
 GRAVITY = 9.80665
 SPAN_S = 0.02

@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterator, Sequence
 import cv2
 import numpy as np
 
-from ...formats.events import Bytes, CameraInfo, Image
-from .camera import CameraParams, base_camera, calibration_of
-from .pose import View, place
-from .renderer import Patch, finer, render
-from .scene import Cause, Run
-from .sensor import SensorParams, gains, photograph
+from ....formats.events import Bytes, CameraInfo, Image
+from ..camera import CameraParams, base_camera, calibration_of
+from ..pose import View, place
+from ..renderer import Patch, finer, render
+from ..scene import Cause, Run
+from .imager import SensorParams, gains, photograph
 
 
 def camera_infos(run: Run, camera: CameraParams) -> Iterator[CameraInfo]:

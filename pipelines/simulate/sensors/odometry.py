@@ -13,11 +13,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...formats.events import Odometry
-from ..engine.params import Field, Params
-from .pose import quaternion, rpy
-from .robot import advance
-from .scene import BASE, ODOM, Cause, Run
+from ....formats.events import Odometry
+from ...engine.params import Field, Params
+from ..pose import quaternion, rpy
+from ..robot import advance
+from ..scene import BASE, ODOM, Cause, Run
 
 
 class OdometryParams(Params):

@@ -6,13 +6,13 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from ...formats.products import LandmarkMap
-from ..engine.params import Field
+from ....formats.products import LandmarkMap
+from ...engine.params import Field
+from ..scene import MAP, Scene
+from ..sensors.truth import true_poses
+from .base import DrivenWorld
 from .ceiling import CeilingParams, build_ceiling
-from .parts import DrivenWorld
-from .scene import MAP, Scene
 from .sightings import AbstractParams, sightings
-from .truth import true_poses
 
 
 class CeilingWorld(DrivenWorld):

@@ -15,10 +15,10 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from ...formats.calibration import Calibration
-from ...formats.events import Array, Bytes
-from ..engine.params import Field, Params
-from .camera import ray_table
+from ....formats.calibration import Calibration
+from ....formats.events import Array, Bytes
+from ...engine.params import Field, Params
+from ..camera import ray_table
 
 
 class SensorParams(Params):
@@ -69,7 +69,7 @@ def photograph(
     The lens blurs before pixels collect. On the pixels themselves a blur leaves edges up to 0.025 px from where they
     are, by where in a pixel that is; on pixels half as wide it is 0.005 px. ``noise`` (H, W) is standard normal.
     """
-    from .kernels import expose
+    from ..kernels import expose
 
     n = light.shape[0] // calibration.height
     if params.psf_px > 0:

@@ -7,14 +7,14 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from ..engine.params import Field
-from .camera import LevelCameraParams
+from ...engine.params import Field
+from ..camera import LevelCameraParams
+from ..pose import View
+from ..scene import Scene, Sensor
+from ..sensors.head import HeadParams, joints
+from .base import DrivenWorld
 from .corridor import CorridorParams, build_corridor
-from .head import HeadParams, joints
-from .parts import DrivenWorld
-from .pose import View
 from .room import is_inside
-from .scene import Scene, Sensor
 
 
 class StripeWorld(DrivenWorld):

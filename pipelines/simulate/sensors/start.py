@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...formats.events import Pose, Transform
-from ..engine.params import Field, Params
-from .pose import View, place, quaternion, rpy
-from .scene import BASE, MAP, Cause, Run
+from ....formats.events import Pose, Transform
+from ...engine.params import Field, Params
+from ..pose import View, place, quaternion, rpy
+from ..scene import BASE, MAP, Cause, Run
 
 
 class InitialPoseParams(Params):

@@ -12,13 +12,13 @@ from typing import Self
 import numpy as np
 from pydantic import model_validator
 
-from ...formats.events import Array
-from ..engine.params import Field, Params
+from ....formats.events import Array
+from ...engine.params import Field, Params
+from ..renderer import Patch
+from ..shapes import Drawing, Shape
 from .clutter import ClutterParams, make
 from .light import LightParams, lit
 from .pairs import Point
-from .renderer import Patch
-from .shapes import Drawing, Shape
 from .surfaces import ceiling_patch, floor_patch, plaster, skirting
 
 CORNER_M = 0.05

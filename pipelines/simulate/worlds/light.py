@@ -11,10 +11,10 @@ A lamp shines downwards and is a square of some decimetres, so r is never taken 
 
 import numpy as np
 
-from ...formats.events import Array
-from ..engine.params import Field, Params
+from ....formats.events import Array
+from ...engine.params import Field, Params
+from ..renderer import Patch
 from .pairs import Point
-from .renderer import Patch
 
 NODE_M = 0.12
 """Distance between the points of a surface at which the light is computed; in between it is linear."""

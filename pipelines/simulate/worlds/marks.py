@@ -6,11 +6,11 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BeforeValidator, model_validator
 
-from ...formats.events import Array
-from ...formats.products import StripeMark
-from ..engine.params import Field, Params
+from ....formats.events import Array
+from ....formats.products import StripeMark
+from ...engine.params import Field, Params
+from ..shapes import RECTANGLE, Shape
 from .pairs import Span
-from .shapes import RECTANGLE, Shape
 
 
 def _many(value: object) -> object:

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ndtr
 
 from logpose.formats.calibration import Calibration
-from logpose.pipelines.simulate.sensor import SensorParams, gains, photograph, vignette
+from logpose.pipelines.simulate.sensors.imager import SensorParams, gains, photograph, vignette
 
 CAMERA = Calibration(160, 120, 161.0, 161.0, 79.5, 59.5, "plumb_bob", (0.0,) * 5)
 CLEAN = SensorParams(psf_px=0.0, vignetting=0.0, read_noise_dn=0.0, shot_noise_dn=0.0, gain_sd=0.0)

@@ -15,11 +15,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from ...formats.events import Array
-from ..engine.params import Field, Params
+from ....formats.events import Array
+from ...engine.params import Field, Params
+from ..renderer import Patch, Texture
+from ..shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape
 from .pairs import Point, Span
-from .renderer import Patch, Texture
-from .shapes import DISC, HEXAGON, RECTANGLE, ROUNDED, Bars, Drawing, Glow, Shape
 
 MAX_FAILURES = 2000
 """Points in a row that fit nowhere, before a ceiling counts as full."""

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...formats.events import Pose
-from .pose import quaternion, rpy
-from .scene import MAP, Run
+from ....formats.events import Pose
+from ..pose import quaternion, rpy
+from ..scene import MAP, Run
 
 TRUE_POSE = "/ground_truth/pose"
 

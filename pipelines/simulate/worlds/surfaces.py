@@ -5,9 +5,9 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from ...formats.events import Array
-from .renderer import Patch, Texture
-from .shapes import RECTANGLE, Bars, Drawing, Shape
+from ....formats.events import Array
+from ..renderer import Patch, Texture
+from ..shapes import RECTANGLE, Bars, Drawing, Shape
 
 LAMP_M = (1.15, 0.28)
 """Length and width of a lamp under a ceiling."""

@@ -1,0 +1,1 @@
+"""What writes into the log of a run: each sensor a function of the run, also the truth."""
