@@ -5,10 +5,10 @@ import pytest
 from scipy.special import ndtr
 
 from logpose.formats.calibration import Calibration
-from logpose.pipelines.simulate.sensors.imager import SensorParams, gains, photograph, vignette
+from logpose.pipelines.simulate.sensors.imager import ImagerParams, gains, photograph, vignette
 
 CAMERA = Calibration(160, 120, 161.0, 161.0, 79.5, 59.5, "plumb_bob", (0.0,) * 5)
-CLEAN = SensorParams(psf_px=0.0, vignetting=0.0, read_noise_dn=0.0, shot_noise_dn=0.0, gain_sd=0.0)
+CLEAN = ImagerParams(psf_px=0.0, vignetting=0.0, read_noise_dn=0.0, shot_noise_dn=0.0, gain_sd=0.0)
 
 
 def flat(value):
@@ -52,13 +52,13 @@ def test_the_point_spread_keeps_the_light_and_its_place(centroid):
 
 
 def test_the_gain_wanders_slowly_around_its_mean():
-    params = SensorParams(gain=1.2, gain_sd=0.05)
+    params = ImagerParams(gain=1.2, gain_sd=0.05)
     found = np.log(gains(200_000, 0.1, params, np.random.default_rng(0)) / 1.2)
     n_independent = 200_000 * 0.1 / 40
     assert found.std() == pytest.approx(0.05, rel=3 / np.sqrt(2 * n_independent))
     assert abs(found.mean()) < 3 * 0.05 / np.sqrt(n_independent)
     assert np.abs(np.diff(found)).max() < 6 * 0.05 * np.sqrt(2 * 0.1 / 20)
-    assert (gains(5, 0.1, SensorParams(gain_sd=0.0), np.random.default_rng(0)) == 1.0).all()
+    assert (gains(5, 0.1, ImagerParams(gain_sd=0.0), np.random.default_rng(0)) == 1.0).all()
 
 
 @pytest.mark.parametrize("place", [70.0, 70.17, 70.33, 70.5])

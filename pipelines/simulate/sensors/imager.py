@@ -21,7 +21,7 @@ from ...engine.params import Field, Params
 from ..camera import ray_table
 
 
-class SensorParams(Params):
+class ImagerParams(Params):
     """The imager behind the lens; all zero is a perfect one."""
 
     exposure_ms: float = Field(5.0, ge=0, description="how long the shutter is open; 0 freezes the motion [ms]")
@@ -49,7 +49,7 @@ def vignette(calibration: Calibration, loss: float) -> np.ndarray:
     return np.asarray(1.0 - loss * r2 / r2.max(), np.float32)
 
 
-def gains(n: int, period_s: float, params: SensorParams, rng: np.random.Generator) -> Array:
+def gains(n: int, period_s: float, params: ImagerParams, rng: np.random.Generator) -> Array:
     """Return the gain of each of ``n`` images, (n,): a first-order process around its mean."""
     keep = math.exp(-period_s / 20.0)
     noise = rng.standard_normal(n)
@@ -62,7 +62,7 @@ def gains(n: int, period_s: float, params: SensorParams, rng: np.random.Generato
 
 
 def photograph(
-    light: np.ndarray, gain: float, calibration: Calibration, params: SensorParams, noise: np.ndarray
+    light: np.ndarray, gain: float, calibration: Calibration, params: ImagerParams, noise: np.ndarray
 ) -> Bytes:
     """Turn radiance (H, W), or n times finer (n H, n W), into grey levels (H, W), by eqs. (1), (2).
 

@@ -10,7 +10,7 @@ from ..camera import CameraParams, base_camera, calibration_of
 from ..pose import View, place
 from ..renderer import Patch, finer, render
 from ..scene import Cause, Run
-from .imager import SensorParams, gains, photograph
+from .imager import ImagerParams, gains, photograph
 
 
 def camera_infos(run: Run, camera: CameraParams) -> Iterator[CameraInfo]:
@@ -27,7 +27,7 @@ def camera_infos(run: Run, camera: CameraParams) -> Iterator[CameraInfo]:
 
 
 def pictures(
-    run: Run, patches: Sequence[Patch], camera: CameraParams, sensor: SensorParams, eye: Callable[[float], View]
+    run: Run, patches: Sequence[Patch], camera: CameraParams, sensor: ImagerParams, eye: Callable[[float], View]
 ) -> Iterator[Image]:
     """Yield the images of a run.
 

@@ -11,7 +11,7 @@ from ..pose import View
 from ..renderer import Patch
 from ..robot import Drive, RobotParams, drive
 from ..scene import Cause, Scene, Sensor, stream_of
-from ..sensors.imager import SensorParams
+from ..sensors.imager import ImagerParams
 from ..sensors.imu import ImuParams, attitude
 from ..sensors.odometry import OdometryParams, odometry
 from ..sensors.pictures import camera_infos, pictures
@@ -27,7 +27,7 @@ class World(Params):
     logpose: Literal["world/1"] = Field(description="schema of the file")
     start_stamp_ns: int = Field(START_NS, gt=0, description="stamp of the first message [ns]")
     camera: CameraParams = Field(CameraParams(), description="lens, place and topics of the camera")
-    sensor: SensorParams = Field(SensorParams(), description="the imager behind the lens")
+    sensor: ImagerParams = Field(ImagerParams(), description="the imager behind the lens")
 
     def build(self) -> Scene:
         """Build the world.
