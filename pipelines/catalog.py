@@ -5,7 +5,7 @@ from pathlib import Path
 _HERE = Path(__file__).parent
 
 STAGES = {
-    "dead-reckon": "logpose.pipelines.dead_reckon:dead_reckon",
+    "dead-reckon": "logpose.pipelines.odometry.dead_reckon:dead_reckon",
     "detect-circles": "logpose.pipelines.detect_circles.stage:detect_circles",
     "evaluate": "logpose.pipelines.evaluate.stage:evaluate",
     "fuse-poses": "logpose.pipelines.fuse.stage:fuse_poses",

@@ -10,7 +10,8 @@ from ...formats.events import Array, Event, MarkSighting, Notice, Odometry, Pose
 from ...formats.marks import read_marks
 from ..geometry.angles import quaternion_from_yaw
 from ..geometry.motion import Increment
-from ..odometry import OdometryReader, parse_start_pose, start_pose_of
+from ..odometry.poses import parse_start_pose, start_pose_of
+from ..odometry.reader import OdometryReader
 from .params import FuseParams
 from .smoother import smooth_way
 from .summary import poses_along, summary, summary_of_way

@@ -10,7 +10,8 @@ from ...formats.errors import ConfigError
 from ...formats.events import NO_ID, Array, Event, Notice, Odometry, Pose, Sightings, Summary
 from ...formats.landmarks import read_landmarks
 from ..geometry.angles import quaternion_from_yaw
-from ..odometry import MISSING_ODOMETRY, MISSING_START_POSE, OdometryReader, parse_start_pose, start_pose_of
+from ..odometry.poses import MISSING_START_POSE, parse_start_pose, start_pose_of
+from ..odometry.reader import MISSING_ODOMETRY, OdometryReader
 from .association import CLUTTER, Indices
 from .localizer import Estimate, Localizer
 from .params import LocalizePfParams

@@ -12,7 +12,7 @@ from logpose.formats.products import LandmarkMap
 from logpose.pipelines.geometry.se2 import compose, transform
 from logpose.pipelines.localize_pf.params import LocalizePfParams
 from logpose.pipelines.localize_pf.stage import localize_pf
-from logpose.pipelines.odometry import MISSING_START_POSE
+from logpose.pipelines.odometry.poses import MISSING_START_POSE
 
 S = 1_000_000_000
 LANDMARKS = np.array([(0.5 + 0.9 * k, 0.7 * (-1) ** k) for k in range(12)])

@@ -5,13 +5,14 @@ from typing import Literal
 
 import numpy as np
 
-from ..formats.errors import ConfigError
-from ..formats.events import Array, Event, MarkSighting, Odometry, Pose, Sightings
-from .engine.params import Field, Params
-from .geometry.angles import quaternion_from_yaw
-from .geometry.motion import Increment
-from .geometry.se2 import compose
-from .odometry import MISSING_ODOMETRY, MISSING_START_POSE, OdometryReader, parse_start_pose, start_pose_of
+from ...formats.errors import ConfigError
+from ...formats.events import Array, Event, MarkSighting, Odometry, Pose, Sightings
+from ..engine.params import Field, Params
+from ..geometry.angles import quaternion_from_yaw
+from ..geometry.motion import Increment
+from ..geometry.se2 import compose
+from .poses import MISSING_START_POSE, parse_start_pose, start_pose_of
+from .reader import MISSING_ODOMETRY, OdometryReader
 
 SOURCE = "dead-reckon"
 

@@ -1,8 +1,8 @@
-"""Odometry messages and start poses as the numbers that estimators work with.
+"""Odometry messages as increments between instants.
 
-``OdometryReader`` turns messages into increments between instants. From poses the motion is exact; twists are
-held until the next message, and the motion to it takes the mean of both. To an instant between messages (an
-image) the motion is extrapolated with the last twist; what was extrapolated is taken off the next increment.
+From poses the motion is exact; twists are held until the next message, and the motion to it takes the mean of both. To
+an instant between messages (an image) the motion is extrapolated with the last twist; what was extrapolated is taken
+off the next increment.
 
 A message may lack its pose (a driver that starts up). ``auto`` uses poses as soon as there is one, twists until then,
 and twists for good after ten messages without. A message without pose among poses is skipped: the next pose knows
@@ -15,11 +15,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ..formats.errors import ConfigError
-from ..formats.events import Array, Odometry, Pose
-from .geometry.angles import yaw_from_quaternion
-from .geometry.motion import Increment, pose_increment, twist_increment
-from .geometry.se2 import between
+from ...formats.events import Array, Odometry
+from ..geometry.angles import yaw_from_quaternion
+from ..geometry.motion import Increment, pose_increment, twist_increment
+from ..geometry.se2 import between
+from .poses import listed
+
+MISSING_ODOMETRY = "no odometry in the log. Name its topic with --topic odometry=/NAME."
 
 _NS = 1e-9
 
@@ -148,7 +150,7 @@ class OdometryReader:
         for name in ("position", "orientation", "linear", "angular"):
             values = getattr(event, name)
             if values is not None and not np.all(np.isfinite(values)):
-                raise ValueError(f"odometry {name} is not finite: {_listed(values)}. Repair or cut the log there.")
+                raise ValueError(f"odometry {name} is not finite: {listed(values)}. Repair or cut the log there.")
         pose = None
         if event.position is not None and event.orientation is not None and np.any(event.orientation):
             pose = np.array([event.position[0], event.position[1], yaw_from_quaternion(event.orientation)])
@@ -175,55 +177,3 @@ class OdometryReader:
             self.odometry_from = "pose"
         elif self._poseless >= _PATIENCE:
             self.odometry_from = "twist"
-
-
-def parse_start_pose(text: str) -> Array:
-    """Return (3,) [m, m, rad] of ``X,Y,HEADING_DEG``.
-
-    Raises:
-        ConfigError: it is not three finite numbers.
-    """
-    cells = text.split(",")
-    try:
-        x, y, heading_deg = (float(cell) for cell in cells)
-    except ValueError:
-        x = y = heading_deg = np.nan
-    if not np.all(np.isfinite([x, y, heading_deg])):
-        raise ConfigError(
-            f"initial pose {text!r}: is not three numbers. Write X,Y,HEADING_DEG [m, m, deg], as in 1.5,2,90."
-        )
-    return np.array([x, y, np.radians(heading_deg)])
-
-
-def start_pose_of(event: Pose) -> tuple[Array, Array | None]:
-    """Return the planar pose (3,) of a logged start pose, and its covariance (3, 3) in the map if it has one.
-
-    Raises:
-        ValueError: a number is not finite, or the orientation is no rotation.
-    """
-    for name in ("position", "orientation"):
-        values = getattr(event, name)
-        if not np.all(np.isfinite(values)):
-            raise ValueError(
-                f"start pose {name} is not finite: {_listed(values)}. Pass --initial-pose X,Y,HEADING_DEG."
-            )
-    if not np.any(event.orientation):
-        raise ValueError("start pose orientation is all zeros, no rotation. Pass --initial-pose X,Y,HEADING_DEG.")
-    pose = np.array([event.position[0], event.position[1], yaw_from_quaternion(event.orientation)])
-    cov = None
-    if event.covariance is not None:
-        planar = np.asarray(event.covariance)[np.ix_([0, 1, 5], [0, 1, 5])]
-        usable = np.all(np.isfinite(planar)) and np.any(planar) and np.linalg.eigvalsh(planar)[0] >= 0.0
-        cov = planar if usable else None
-    return pose, cov
-
-
-MISSING_START_POSE = (
-    "no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose; a logged one before --start is not "
-    "seen."
-)
-MISSING_ODOMETRY = "no odometry in the log. Name its topic with --topic odometry=/NAME."
-
-
-def _listed(values: Array) -> str:
-    return "[" + ", ".join(f"{float(v):g}" for v in np.ravel(values)) + "]"

@@ -1,0 +1,1 @@
+"""Messages of odometry become increments and corrected steps with their noise; start poses; dead reckoning."""

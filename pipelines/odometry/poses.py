@@ -1,0 +1,56 @@
+"""Planar poses: where the robot is said to start."""
+
+import numpy as np
+
+from ...formats.errors import ConfigError
+from ...formats.events import Array, Pose
+from ..geometry.angles import yaw_from_quaternion
+
+MISSING_START_POSE = (
+    "no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose; a logged one before --start is not "
+    "seen."
+)
+
+
+def parse_start_pose(text: str) -> Array:
+    """Return (3,) [m, m, rad] of ``X,Y,HEADING_DEG``.
+
+    Raises:
+        ConfigError: it is not three finite numbers.
+    """
+    cells = text.split(",")
+    try:
+        x, y, heading_deg = (float(cell) for cell in cells)
+    except ValueError:
+        x = y = heading_deg = np.nan
+    if not np.all(np.isfinite([x, y, heading_deg])):
+        raise ConfigError(
+            f"initial pose {text!r}: is not three numbers. Write X,Y,HEADING_DEG [m, m, deg], as in 1.5,2,90."
+        )
+    return np.array([x, y, np.radians(heading_deg)])
+
+
+def start_pose_of(event: Pose) -> tuple[Array, Array | None]:
+    """Return the planar pose (3,) of a logged start pose, and its covariance (3, 3) in the map if it has one.
+
+    Raises:
+        ValueError: a number is not finite, or the orientation is no rotation.
+    """
+    for name in ("position", "orientation"):
+        values = getattr(event, name)
+        if not np.all(np.isfinite(values)):
+            raise ValueError(f"start pose {name} is not finite: {listed(values)}. Pass --initial-pose X,Y,HEADING_DEG.")
+    if not np.any(event.orientation):
+        raise ValueError("start pose orientation is all zeros, no rotation. Pass --initial-pose X,Y,HEADING_DEG.")
+    pose = np.array([event.position[0], event.position[1], yaw_from_quaternion(event.orientation)])
+    cov = None
+    if event.covariance is not None:
+        planar = np.asarray(event.covariance)[np.ix_([0, 1, 5], [0, 1, 5])]
+        usable = np.all(np.isfinite(planar)) and np.any(planar) and np.linalg.eigvalsh(planar)[0] >= 0.0
+        cov = planar if usable else None
+    return pose, cov
+
+
+def listed(values: Array) -> str:
+    """Return numbers as an error message shows them."""
+    return "[" + ", ".join(f"{float(v):g}" for v in np.ravel(values)) + "]"
