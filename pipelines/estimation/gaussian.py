@@ -31,6 +31,15 @@ def pose_moments(poses: Array, w: Array) -> tuple[Array, Array]:
     return np.array([xy[0], xy[1], float(wrap(heading + shift))]), (d * w[:, None]).T @ d
 
 
+def pose_covariance(sigma_m: float, sigma_rad: float) -> Array:
+    """Return the covariance (3, 3) of a planar pose, x and y equally uncertain and nothing correlated."""
+    return np.diag(np.square([sigma_m, sigma_m, sigma_rad]))
+
+
+LOST = pose_covariance(1.0, 0.5)
+"""A pose reported while lost is never said to be more certain than this [m^2, m^2, rad^2]."""
+
+
 def largest_variance(S: Array) -> float:
     """Return the larger eigenvalue of a symmetric (2, 2) matrix."""
     a, b, c = float(S[0, 0]), float(S[0, 1]), float(S[1, 1])

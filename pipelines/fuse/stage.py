@@ -8,9 +8,8 @@ import numpy as np
 from ...formats.errors import ConfigError
 from ...formats.events import Array, Event, MarkSighting, Notice, Odometry, Pose, Summary
 from ...formats.marks import read_marks
-from ..geometry.angles import quaternion_from_yaw
 from ..geometry.motion import Increment
-from ..odometry.poses import parse_start_pose, start_pose_of
+from ..odometry.poses import parse_start_pose, planar_pose, start_pose_of
 from ..odometry.reader import OdometryReader
 from .params import FuseParams
 from .smoother import smooth_way
@@ -22,9 +21,6 @@ SOURCE = "stripe-pose"
 """Of the sightings, and of the poses made from them."""
 
 STAGE = "fuse-poses"
-
-_PLANE = 1e-6
-"""Variance reported for height [m^2], roll and pitch [rad^2]: the robot stays on its plane, to a millimetre."""
 
 _JUMP_S = 0.1
 """A jump of the odometry hides what the robot did for this time at least."""
@@ -193,14 +189,9 @@ class _Run:
 
     def _pose(self, stamp: int, estimate: Estimate) -> Pose:
         self.last_pose = stamp
-        return Pose(
-            stamp=stamp,
-            source=SOURCE,
-            frame_id=self.frame_id,
-            position=np.array([estimate.pose[0], estimate.pose[1], 0.0]),
-            orientation=quaternion_from_yaw(float(estimate.pose[2])),
-            covariance=_six(estimate.cov),
-            info={"status": estimate.status, "n_seen": estimate.n_seen, "n_matched": estimate.n_matched},
+        info = {"status": estimate.status, "n_seen": estimate.n_seen, "n_matched": estimate.n_matched}
+        return planar_pose(
+            stamp, source=SOURCE, frame_id=self.frame_id, pose=estimate.pose, cov=estimate.cov, info=info
         )
 
     def _complain(self) -> Iterator[Event]:
@@ -225,10 +216,3 @@ class _Run:
 def _span(columns: Array) -> tuple[float, float]:
     """Return the first and last column of a sighting; everything if it does not say."""
     return (float(np.min(columns)), float(np.max(columns))) if len(columns) else (-math.inf, math.inf)
-
-
-def _six(cov: Array) -> Array:
-    """Return (6, 6) of x, y, z, roll, pitch, yaw from (3, 3) of x, y, yaw."""
-    six = _PLANE * np.eye(6)
-    six[np.ix_([0, 1, 5], [0, 1, 5])] = cov
-    return six

@@ -6,11 +6,12 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..estimation.gaussian import LOST
 from .filter import in_map
 from .history import History
 from .motion import N_POSE, N_STATE
 from .smoother import Way
-from .tracker import LOST, STATUSES, Estimate, Status, Tracker
+from .tracker import STATUSES, Estimate, Status, Tracker
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

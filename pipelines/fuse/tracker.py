@@ -21,7 +21,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..estimation.gaussian import largest_variance
+from ..estimation.gaussian import LOST, largest_variance, pose_covariance
 from ..estimation.kalman import Consistency
 from ..geometry.motion import Increment
 from .filter import PoseFilter
@@ -34,9 +34,6 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 Status = Literal["tracking", "dead-reckoning", "lost"]
 STATUSES: tuple[Status, ...] = ("tracking", "dead-reckoning", "lost")
-
-LOST = np.diag(np.square([1.0, 1.0, 0.5]))
-"""A pose reported while lost is never said to be more certain than this [m^2, m^2, rad^2]."""
 
 _STEP_S, _STEP_RAD = 0.25, 0.1
 """An increment is given to the filter before it is longer."""
@@ -104,8 +101,7 @@ class Tracker:
     def start(self, pose: Array, cov: Array | None) -> None:
         """Begin, or begin anew, at a pose (3,) with a covariance (3, 3) in the map, or the parameters' one."""
         if cov is None:
-            sigmas = [self.params.initial_sigma_m] * 2 + [float(np.radians(self.params.initial_sigma_deg))]
-            cov = np.diag(np.square(sigmas))
+            cov = pose_covariance(self.params.initial_sigma_m, float(np.radians(self.params.initial_sigma_deg)))
         robot = self._begin(PoseFilter(self.places, self.params, pose, cov))
         if self.history is not None:
             self.history.begin(robot, (robot.pose, robot.covariance()))

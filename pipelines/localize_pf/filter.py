@@ -29,7 +29,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..estimation.gaussian import largest_variance, log_density, pose_moments, split
+from ..estimation.gaussian import largest_variance, log_density, pose_covariance, pose_moments, split
 from ..estimation.resampling import systematic
 from ..estimation.weights import effective_sample_size, log_sum_exp, normalise, uniform
 from ..geometry.motion import Increment
@@ -111,8 +111,7 @@ class ParticleFilter:
         cloud, width_m, width_rad = self.cloud, self.params.kernel_m, np.radians(self.params.kernel_deg)
         if largest_variance(cloud.P[:2, :2]) <= width_m**2 and cloud.P[2, 2] <= width_rad**2:
             return
-        kernel = np.diag(np.square([width_m, width_m, width_rad]))
-        offsets, cloud.P = split(cloud.P, kernel, len(cloud.poses), self.rng)
+        offsets, cloud.P = split(cloud.P, pose_covariance(width_m, width_rad), len(cloud.poses), self.rng)
         cloud.poses = compose(cloud.poses, exp(offsets[:, :3]))
         cloud.aux += offsets[:, 3:]
 

@@ -11,6 +11,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..estimation.gaussian import pose_covariance
 from ..geometry.motion import Increment
 from ..geometry.se2 import rotation
 from .association import CLUTTER, Indices
@@ -133,8 +134,7 @@ class Localizer:
     def start(self, pose: Array, map_cov: Array | None) -> None:
         """Begin, or begin anew, at a pose (3,) with a covariance (3, 3) in the map, or the parameters' one."""
         if map_cov is None:
-            sigma = [self.params.initial_sigma_m] * 2 + [float(np.radians(self.params.initial_sigma_deg))]
-            body_cov = np.diag(np.square(sigma))
+            body_cov = pose_covariance(self.params.initial_sigma_m, float(np.radians(self.params.initial_sigma_deg)))
         else:
             turn = np.eye(3)
             turn[:2, :2] = rotation(pose[2])

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...formats.errors import ConfigError
-from ...formats.events import NO_ID, Array, Event, Notice, Odometry, Pose, Sightings, Summary
+from ...formats.events import NO_ID, Event, Notice, Odometry, Pose, Sightings, Summary
 from ...formats.landmarks import read_landmarks
-from ..geometry.angles import quaternion_from_yaw
-from ..odometry.poses import MISSING_START_POSE, parse_start_pose, start_pose_of
+from ..odometry.poses import MISSING_START_POSE, parse_start_pose, planar_pose, start_pose_of
 from ..odometry.reader import MISSING_ODOMETRY, OdometryReader
 from .association import CLUTTER, Indices
 from .localizer import Estimate, Localizer
@@ -20,9 +19,6 @@ SOURCE = "localize-pf"
 
 _PATIENCE_NS = 5_000_000_000
 """A log whose images have run for so long without odometry or start pose is not going to have them."""
-
-_PLANE = 1e-6
-"""Variance reported for height [m^2], roll and pitch [rad^2]: the robot stays on its plane, to a millimetre."""
 
 _FAR = 10.0
 """A map that never comes nearer than this many times the farthest sighting cannot be in metres."""
@@ -211,25 +207,11 @@ class _Run:
 
     def _pose(self, stamp: int, estimate: Estimate, n_seen: int) -> Pose:
         self.last_pose = stamp
-        return Pose(
-            stamp=stamp,
-            source=SOURCE,
-            frame_id="map",
-            position=np.array([estimate.pose[0], estimate.pose[1], 0.0]),
-            orientation=quaternion_from_yaw(float(estimate.pose[2])),
-            covariance=_six(estimate.cov),
-            info={
-                "status": estimate.status,
-                "n_seen": n_seen,
-                "n_matched": int(np.sum(estimate.matches != CLUTTER)),
-                "ess": None if math.isnan(estimate.ess) else estimate.ess,
-                "elsewhere": estimate.elsewhere,
-            },
-        )
-
-
-def _six(cov: Array) -> Array:
-    """Return (6, 6) of x, y, z, roll, pitch, yaw from (3, 3) of x, y, yaw."""
-    six = _PLANE * np.eye(6)
-    six[np.ix_([0, 1, 5], [0, 1, 5])] = cov
-    return six
+        info = {
+            "status": estimate.status,
+            "n_seen": n_seen,
+            "n_matched": int(np.sum(estimate.matches != CLUTTER)),
+            "ess": None if math.isnan(estimate.ess) else estimate.ess,
+            "elsewhere": estimate.elsewhere,
+        }
+        return planar_pose(stamp, source=SOURCE, frame_id="map", pose=estimate.pose, cov=estimate.cov, info=info)

@@ -13,15 +13,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..estimation.gaussian import LOST, pose_covariance
 from .params import LocalizePfParams
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
 Status = Literal["tracking", "dead-reckoning", "ambiguous", "lost"]
 STATUSES: tuple[Status, ...] = ("tracking", "dead-reckoning", "ambiguous", "lost")
-
-LOST_SIGMA_M, LOST_SIGMA_RAD = 1.0, 0.5
-"""A pose reported while lost is never said to be more certain than this."""
 
 _FOUND = 0.7
 """Who was lost is found when at most this part of the tolerated share is unmatched: half a match is no return."""
@@ -77,5 +75,4 @@ class Judge:
 
 def honest_covariance(cov: Array, status: Status) -> Array:
     """Return the covariance (3, 3) to report: widened while lost, and never singular."""
-    wider = [LOST_SIGMA_M, LOST_SIGMA_M, LOST_SIGMA_RAD] if status == "lost" else [_LEAST, _LEAST, _LEAST]
-    return np.asarray(cov + np.diag(np.square(wider)))
+    return np.asarray(cov + (LOST if status == "lost" else pose_covariance(_LEAST, _LEAST)))

@@ -6,12 +6,10 @@ from typing import Literal
 import numpy as np
 
 from ...formats.errors import ConfigError
-from ...formats.events import Array, Event, MarkSighting, Odometry, Pose, Sightings
+from ...formats.events import Event, MarkSighting, Odometry, Pose, Sightings
 from ..engine.params import Field, Params
-from ..geometry.angles import quaternion_from_yaw
-from ..geometry.motion import Increment
 from ..geometry.se2 import compose
-from .poses import MISSING_START_POSE, parse_start_pose, start_pose_of
+from .poses import MISSING_START_POSE, parse_start_pose, planar_pose, start_pose_of
 from .reader import MISSING_ODOMETRY, OdometryReader
 
 SOURCE = "dead-reckon"
@@ -56,24 +54,14 @@ def dead_reckon(events: Iterator[Event], params: DeadReckonParams) -> Iterator[E
             reader.jumps.clear()
             if pose is None:
                 continue
-            pose = compose(pose, _as_pose(step))
+            pose = compose(pose, np.array([step.dx, step.dy, step.dtheta]))
             is_due = last is None or event.stamp - last >= round(params.every_s * 1e9)
             if reader.count and event.stamp != last and is_due:
                 last = event.stamp
-                yield _event(event.stamp, pose)
+                yield planar_pose(event.stamp, source=SOURCE, frame_id="map", pose=pose)
     if params.optional:
         return
     if reader.count == 0:
         raise ConfigError(f"{SOURCE}: {MISSING_ODOMETRY}")
     if pose is None:
         raise ConfigError(f"{SOURCE}: {MISSING_START_POSE}")
-
-
-def _as_pose(u: Increment) -> Array:
-    return np.array([u.dx, u.dy, u.dtheta])
-
-
-def _event(stamp: int, pose: Array) -> Pose:
-    position = np.array([pose[0], pose[1], 0.0])
-    orientation = quaternion_from_yaw(float(pose[2]))
-    return Pose(stamp=stamp, source=SOURCE, frame_id="map", position=position, orientation=orientation)

@@ -1,15 +1,55 @@
-"""Planar poses: where the robot is said to start."""
+"""Planar poses and the events that hold them: the start pose that comes in, poses of estimators that go out."""
+
+from collections.abc import Mapping
 
 import numpy as np
 
 from ...formats.errors import ConfigError
 from ...formats.events import Array, Pose
-from ..geometry.angles import yaw_from_quaternion
+from ..geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 
 MISSING_START_POSE = (
     "no start pose. Pass --initial-pose X,Y,HEADING_DEG or log it on /initialpose; a logged one before --start is not "
     "seen."
 )
+
+
+_PLANE = 1e-6
+"""Variance reported for height [m^2], roll and pitch [rad^2]: the robot stays on its plane, to a millimetre."""
+
+
+def planar_pose(
+    stamp: int,
+    *,
+    source: str,
+    frame_id: str,
+    pose: Array,
+    cov: Array | None = None,
+    info: Mapping[str, float | int | str | None] | None = None,
+) -> Pose:
+    """Return the event of a planar pose.
+
+    Args:
+        stamp: of it [ns].
+        source: who says so.
+        frame_id: frame of the map.
+        pose: (3,) in the map [m, m, rad].
+        cov: (3, 3) of it in the map; None: not known.
+        info: what else is to be told of it.
+    """
+    six = None
+    if cov is not None:
+        six = _PLANE * np.eye(6)
+        six[np.ix_([0, 1, 5], [0, 1, 5])] = cov
+    return Pose(
+        stamp=stamp,
+        source=source,
+        frame_id=frame_id,
+        position=np.array([pose[0], pose[1], 0.0]),
+        orientation=quaternion_from_yaw(float(pose[2])),
+        covariance=six,
+        info={} if info is None else info,
+    )
 
 
 def parse_start_pose(text: str) -> Array:
