@@ -102,6 +102,11 @@ def test_a_simulated_sensor_knows_no_world():
         assert not any("worlds" in target for target in imports(path)), path.name
 
 
+def test_the_errors_of_odometry_know_no_messages():
+    path = ROOT / "pipelines" / "odometry" / "errors.py"
+    assert {target[1] for target in imports(path) if target[0] == "pipelines"} == {"engine"}
+
+
 def test_only_formats_opens_files():
     words = {
         "open",

@@ -14,9 +14,10 @@ from ..estimation.losses import Loss
 from ..estimation.smoothing import Factor, Linear, whitening
 from ..geometry.angles import difference
 from ..geometry.se2 import between, compose
+from ..odometry.errors import corrected, start_calibration, walk_variances
 from .filter import LEAST, in_map, survey_sigmas
 from .history import Sightings, Starts
-from .motion import N_POSE, N_STATE, corrected, linearise, start_calibration, walk_variances
+from .motion import N_POSE, N_STATE, linearise
 from .params import FuseParams
 from .survey import displaced
 

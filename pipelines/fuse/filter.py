@@ -21,18 +21,8 @@ from ..estimation.kalman import Innovation, correct, innovation, predict
 from ..geometry.angles import difference
 from ..geometry.motion import Increment
 from ..geometry.se2 import compose, rotation
-from .motion import (
-    LEAST_M,
-    LEAST_RAD,
-    N_POSE,
-    N_STATE,
-    corrected,
-    linearise,
-    numbers,
-    start_calibration,
-    step_noise,
-    walk_variances,
-)
+from ..odometry.errors import corrected, start_calibration, step_noise, walk_variances
+from .motion import LEAST_M, LEAST_RAD, N_POSE, N_STATE, linearise
 from .params import FuseParams
 from .survey import displaced
 from .view import Seen
@@ -93,7 +83,7 @@ class PoseFilter:
 
     def predict(self, u: Increment) -> None:
         """Follow one increment of odometry, short enough that its curve hardly changes with the scales."""
-        n = numbers(u)
+        n = np.array(u)
         F = np.eye(N_STATE)
         F[:N_POSE], G = linearise(self.calibration, n)
         Q = np.zeros((N_STATE, N_STATE))

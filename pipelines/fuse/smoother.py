@@ -22,10 +22,11 @@ from ..estimation.kalman import chi_square
 from ..estimation.losses import SQUARES, Loss
 from ..estimation.smoothing import Factor, Smoothed, smooth
 from ..geometry.se2 import compose
+from ..odometry.errors import step_noise
 from . import factors
 from .filter import LEAST
 from .history import History
-from .motion import N_POSE, linearise, step_noise
+from .motion import N_POSE, linearise
 from .params import FuseParams
 
 Array: TypeAlias = npt.NDArray[np.float64]

@@ -4,11 +4,8 @@ A particle is a pose X and five more numbers: relative error of speed and of tur
 and the shift common to all sightings (x, y in the robot's frame). Around each stands the same small Gaussian
 of covariance P (8, 8), whose pose error lives in the robot's frame: ``X_true = X exp(xi)``. There neither the
 motion of an error nor its measurement depends on where the particle is, so that one P serves the whole
-cloud::
+cloud. With the step (a, phi) of ``odometry/errors.py``::
 
-    delta  = s_w dtheta + b dt
-    a      = (1 + s_v) Rot(delta / 2) (dx, dy)
-    phi    = dtheta + delta
     X'     = X o (a, phi)
     xi_xy' = Rot(-phi) (xi_xy + xi_th J a) + noise of (a, phi)        J = [0 -1; 1 0]
     xi_th' = xi_th + noise of phi
@@ -23,6 +20,7 @@ import numpy.typing as npt
 
 from ..geometry.motion import Increment
 from ..geometry.se2 import compose, rotation
+from ..odometry.errors import corrected, step_noise
 from .params import LocalizePfParams
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -66,20 +64,6 @@ def start_covariance(pose_cov: Array, params: LocalizePfParams) -> Array:
     return P
 
 
-def increment_noise(u: Increment, params: LocalizePfParams) -> Array:
-    """Return variances (3,) along, across [m^2] and of the heading [rad^2] of what odometry does not say."""
-    gap_m, gap_rad = params.gap_speed_m_s * u.gap, params.gap_turn_rad_s * u.gap
-    along = params.along_per_sqrt_m**2 * u.length + params.along_per_sqrt_s**2 * u.dt + gap_m**2
-    cross = params.cross_per_sqrt_m**2 * u.length + gap_m**2
-    heading = (
-        params.heading_per_sqrt_rad**2 * u.turn
-        + params.heading_per_sqrt_m**2 * u.length
-        + params.heading_per_sqrt_s**2 * u.dt
-        + gap_rad**2
-    )
-    return np.array([along, cross, heading])
-
-
 def drive(cloud: Cloud, u: Increment, params: LocalizePfParams) -> None:
     """Move every particle by one increment of odometry and let P grow.
 
@@ -89,10 +73,9 @@ def drive(cloud: Cloud, u: Increment, params: LocalizePfParams) -> None:
         params: noise of odometry and of the common shift.
     """
     memory = float(np.exp(-u.dt / params.shift_s))
-    delta = cloud.aux[:, TURN] * u.dtheta + cloud.aux[:, BIAS] * u.dt
+    n = np.array(u)
+    step = corrected(cloud.aux[:, :3], n)
     scale = 1.0 + cloud.aux[:, SPEED]
-    c, s = scale * np.cos(0.5 * delta), scale * np.sin(0.5 * delta)
-    step = np.column_stack([c * u.dx - s * u.dy, s * u.dx + c * u.dy, u.dtheta + delta])
     mean_scale, *_ = np.exp(cloud.log_w) @ np.column_stack([scale, step])
     a_phi = np.exp(cloud.log_w) @ step
     cloud.poses = compose(cloud.poses, step)
@@ -101,7 +84,7 @@ def drive(cloud: Cloud, u: Increment, params: LocalizePfParams) -> None:
     F, G = _linearise(a_phi, float(mean_scale), u)
     F[6, 6] = F[7, 7] = memory
     Q = np.zeros((N_STATES, N_STATES))
-    Q[:3, :3] = (G * increment_noise(u, params)) @ G.T
+    Q[:3, :3] = step_noise(n, G, params)
     walk = [params.scale_walk_per_sqrt_s, params.scale_walk_per_sqrt_s, params.bias_walk_rad_s_per_sqrt_s]
     for i, sigma in enumerate(walk, start=3):
         Q[i, i] = sigma**2 * u.dt
@@ -110,7 +93,11 @@ def drive(cloud: Cloud, u: Increment, params: LocalizePfParams) -> None:
 
 
 def _linearise(a_phi: Array, scale: float, u: Increment) -> tuple[Array, Array]:
-    """Return how errors of the state (8, 8) and of the increment (3, 3) move into the next pose."""
+    """Return how errors of the state (8, 8) and of the increment (3, 3) move into the next pose.
+
+    As ``linearise`` of fuse-poses, whose products are elementwise. These go through BLAS and round differently, which
+    shows in the last digits of a trajectory.
+    """
     ax, ay, phi = (float(value) for value in a_phi)
     back = rotation(-phi)
     Ja = np.array([-ay, ax])

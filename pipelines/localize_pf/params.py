@@ -1,19 +1,18 @@
-"""Parameters of ``localize-pf``.
+"""Parameters of ``localize-pf``, by subject.
 
-Defaults describe a wheeled robot indoors with a camera that looks at the ceiling. Noise of odometry is given
-as a random walk in physical units, so that it does not depend on the rate of the log: the standard deviation
-after one metre, one radian, one second; it grows with their square root.
+Defaults describe a wheeled robot indoors with a camera that looks at the ceiling.
 """
 
 from typing import Literal
 
 from ..engine.params import Field, InputPath, Params
+from ..odometry.errors import OdometryErrors
 
 Alphas = tuple[float, float, float, float, float, float]
 
 
-class LocalizePfParams(Params):
-    """Particle filter on a known map of landmarks that all look alike."""
+class _Setup(Params):
+    """The method, the map, the start, and what poses are given."""
 
     method: Literal["best", "paper"] = Field(
         "best",
@@ -43,6 +42,10 @@ class LocalizePfParams(Params):
         gt=0,
         description="without any sightings message for so long, poses follow the odometry alone [s]",
     )
+
+
+class _SightingErrors(Params):
+    """How sightings and landmarks err, and how much of an image is new evidence."""
 
     sighting_sigma_m: float = Field(
         0.005, ge=0, description="white error of a sighting beyond its own covariance, per axis [m]"
@@ -76,28 +79,9 @@ class LocalizePfParams(Params):
     news_turn_rad: float = Field(1.0, gt=0, description="turn after which it is [rad]")
     news_s: float = Field(30.0, gt=0, description="time after which it is, for a robot that stands [s]")
 
-    along_per_sqrt_m: float = Field(0.01, ge=0, description="odometry noise along the way [m per sqrt m]")
-    along_per_sqrt_s: float = Field(0.005, ge=0, description="odometry noise along the way [m per sqrt s]")
-    cross_per_sqrt_m: float = Field(0.002, ge=0, description="odometry noise across the way [m per sqrt m]")
-    heading_per_sqrt_rad: float = Field(0.01, ge=0, description="heading noise from turning [rad per sqrt rad]")
-    heading_per_sqrt_m: float = Field(0.003, ge=0, description="heading noise from driving [rad per sqrt m]")
-    heading_per_sqrt_s: float = Field(0.003, ge=0, description="heading noise over time [rad per sqrt s]")
-    speed_scale: float = Field(0.0, gt=-1, description="expected error of the speed scale, true/odometry - 1 [1]")
-    speed_scale_sigma: float = Field(0.04, ge=0, description="uncertainty of the speed scale [1]")
-    turn_scale: float = Field(0.0, gt=-1, description="expected error of the turn scale, true/odometry - 1 [1]")
-    turn_scale_sigma: float = Field(0.04, ge=0, description="uncertainty of the turn scale [1]")
-    turn_bias_sigma_rad_s: float = Field(0.006, ge=0, description="uncertainty of the turn rate's bias [rad/s]")
-    scale_walk_per_sqrt_s: float = Field(0.0005, ge=0, description="drift of both scales [1 per sqrt s]")
-    bias_walk_rad_s_per_sqrt_s: float = Field(
-        5e-5, ge=0, description="drift of the turn rate's bias [rad/s per sqrt s]"
-    )
-    gap_s: float = Field(1.0, gt=0, description="odometry silent for longer is a gap [s]")
-    gap_speed_m_s: float = Field(0.3, ge=0, description="unknown speed in a gap of odometry, 1 sigma [m/s]")
-    gap_turn_rad_s: float = Field(0.3, ge=0, description="unknown turn rate in a gap of odometry, 1 sigma [rad/s]")
-    jump_speed_m_s: float = Field(
-        10.0, gt=0, description="poses of odometry that move faster jump, which is said [m/s]"
-    )
-    jump_turn_rad_s: float = Field(10.0, gt=0, description="poses of odometry that turn faster jump [rad/s]")
+
+class _Cloud(Params):
+    """When the cloud is spread, and when its pose is ambiguous or lost."""
 
     kernel_m: float = Field(
         0.1, gt=0, description="a particle whose position is less certain is spread into the cloud [m]"
@@ -120,6 +104,10 @@ class LocalizePfParams(Params):
     lost_sigma_m: float = Field(0.1, ge=0, description="search while lost: position noise added per sqrt s [m]")
     lost_sigma_deg: float = Field(5.0, ge=0, description="search while lost: heading noise added per sqrt s [deg]")
 
+
+class _Paper(Params):
+    """What only the method ``paper`` asks for."""
+
     alphas: Alphas = Field(
         (0.3, 0.3, 0.1, 0.25, 0.001, 0.001),
         description="method paper: a1..a6 of Table 2, units absorbed (Table 3)",
@@ -137,3 +125,8 @@ class LocalizePfParams(Params):
     nearest_to: Literal["particle", "detection"] = Field(
         "particle", description="method paper: what they are nearest to; printed: the particle"
     )
+
+
+# The parameters of the last base come first, in a dump as in the reference.
+class LocalizePfParams(_Paper, _Cloud, OdometryErrors, _SightingErrors, _Setup):
+    """Particle filter on a known map of landmarks that all look alike."""

@@ -4,7 +4,7 @@ import pytest
 from logpose.pipelines.estimation.weights import uniform
 from logpose.pipelines.geometry.motion import Increment, twist_increment
 from logpose.pipelines.geometry.se2 import between, compose, exp, log
-from logpose.pipelines.localize_pf.motion import N_AUX, Cloud, drive, increment_noise, start_covariance
+from logpose.pipelines.localize_pf.motion import N_AUX, Cloud, drive, start_covariance
 from logpose.pipelines.localize_pf.params import LocalizePfParams
 
 QUIET = dict.fromkeys(("along_per_sqrt_m", "along_per_sqrt_s", "cross_per_sqrt_m", "heading_per_sqrt_rad", "heading_per_sqrt_m", "heading_per_sqrt_s", "scale_walk_per_sqrt_s", "bias_walk_rad_s_per_sqrt_s"), 0.0)  # fmt: skip
@@ -58,20 +58,6 @@ def test_errors_move_as_the_linearisation_says():
     drive(cloud, u, quiet)
     # the half-turn in the noise of the arc is to first order in the scales
     assert pytest.approx(F @ P @ F.T, abs=2e-3 * np.abs(P).max()) == cloud.P
-
-
-def test_noise_does_not_depend_on_the_rate_of_the_log():
-    whole = twist_increment((0.4, 0.0, 0.0), 10.0)
-    parts = twist_increment((0.4, 0.0, 0.0), 0.1)
-    assert increment_noise(whole, params()) == pytest.approx(100 * increment_noise(parts, params()))
-
-
-def test_standing_still_has_a_noise_floor_and_a_gap_far_more():
-    floor = increment_noise(Increment(dt=1.0), params())
-    assert floor[0] > 0.0
-    assert floor[2] > 0.0
-    gap = increment_noise(Increment(dt=5.0, gap=5.0), params())
-    assert np.sqrt(gap[0]) > 1.0  # 0.3 m/s for 5 s
 
 
 def test_common_shift_forgets_and_keeps_its_size():
