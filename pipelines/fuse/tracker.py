@@ -8,8 +8,6 @@ odometry the filter follows it, and each sighting must pass the gate:
 - ``unverified``: a tighter gate, and only where the pose is known well enough for it to tell anything.
 
 While sightings agree with one another against the pose (``rival.py``) it is ``lost``, and what is doubtful is left out.
-
-Increments of odometry add up until an image comes or they amount to more than the filter may take in one step.
 """
 
 import math
@@ -23,7 +21,7 @@ import numpy.typing as npt
 
 from ..estimation.gaussian import LOST, largest_variance, pose_covariance
 from ..estimation.kalman import Consistency
-from ..geometry.motion import Increment
+from ..geometry.motion import Gathered, Increment
 from .filter import PoseFilter
 from .history import History
 from .params import FuseParams
@@ -34,9 +32,6 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 Status = Literal["tracking", "dead-reckoning", "lost"]
 STATUSES: tuple[Status, ...] = ("tracking", "dead-reckoning", "lost")
-
-_STEP_S, _STEP_RAD = 0.25, 0.1
-"""An increment is given to the filter before it is longer."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +85,7 @@ class Tracker:
         self.history = History() if params.smooth else None
         self.has_odometry = False
         self.rival = Rival(places, params)
-        self._pending = Increment()
+        self._gathered = Gathered()
         self._silent_s = 0.0  # how long odometry has been silent without a sighting
 
     @property
@@ -111,9 +106,9 @@ class Tracker:
         if self.filter is None:
             return
         self.tally.way_m += u.length
-        if self._pending.dt + u.dt > _STEP_S or self._pending.turn + u.turn > _STEP_RAD:
-            self._flush(self.filter)
-        self._pending = self._pending.then(u)
+        due = self._gathered.add(u)
+        if due is not None:
+            self._drive(self.filter, due)
 
     def look(self, view: View) -> Estimate | None:
         """Take one image; None if nothing can be said of where the robot is."""
@@ -124,7 +119,7 @@ class Tracker:
                 return None
             n_matched = self._begin_at(view)
         else:
-            self._flush(self.filter)
+            self._drive(self.filter, self._gathered.take())
             n_matched = self._follow(self.filter, view)
         estimate = self._estimate(view.stamp, view.n_seen, n_matched)
         self.tally.status[estimate.status] += 1
@@ -132,7 +127,7 @@ class Tracker:
 
     def guess(self, stamp: int) -> Estimate:
         """Return the pose at ``stamp`` [ns] from odometry alone; only after the start."""
-        self._flush(self._present)
+        self._drive(self._present, self._gathered.take())
         return self._estimate(stamp, 0, 0)
 
     @property
@@ -142,7 +137,7 @@ class Tracker:
         return self.filter
 
     def _begin(self, robot: PoseFilter) -> PoseFilter:
-        self.filter, self._pending, self._silent_s = robot, Increment(), 0.0
+        self.filter, self._gathered, self._silent_s = robot, Gathered(), 0.0
         self.rival.dismiss()
         return robot
 
@@ -225,13 +220,12 @@ class Tracker:
         cov = robot.covariance()
         return Estimate(robot.pose, cov + LOST if status == "lost" else cov, status, n_seen, n_matched)
 
-    def _flush(self, robot: PoseFilter) -> None:
-        """Give the filter what has been gathered."""
-        u, self._pending = self._pending, Increment()
+    def _drive(self, robot: PoseFilter, u: Increment) -> None:
+        """Let the estimate follow what has been gathered."""
         # The hidden speed is the same from step to step: what is unknown of the way grows with time, not with its root.
         before, self._silent_s = self._silent_s, self._silent_s + u.gap if u.gap else 0.0
         u = u._replace(gap=math.sqrt((before + u.gap) ** 2 - before**2))
-        if u.dt > 0.0 or u.length > 0.0 or u.turn > 0.0:
+        if not u.is_none:
             robot.predict(u)
             self.rival.predict(u)
             if self.history is not None:

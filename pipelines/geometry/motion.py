@@ -20,6 +20,9 @@ import numpy.typing as npt
 from .angles import Array, wrap
 from .se2 import exp
 
+_STEP_S, _STEP_RAD = 0.25, 0.1
+"""Increments do not add up to more than this."""
+
 
 def arc(pose: Array, v: npt.ArrayLike, omega: npt.ArrayLike, dt: float) -> Array:
     """Drive with constant speed and turn rate.
@@ -72,6 +75,34 @@ class Increment(NamedTuple):
             self.dt + other.dt,
             self.gap + other.gap,
         )
+
+    @property
+    def is_none(self) -> bool:
+        """Whether no time went by and nothing moved."""
+        return not (self.dt > 0.0 or self.length > 0.0 or self.turn > 0.0)
+
+
+class Gathered:
+    """Increments that add up until they amount to more than a filter may take in one step.
+
+    So a log of fast odometry costs no more than one of slow odometry.
+    """
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self._sum = Increment()
+
+    def add(self, u: Increment) -> Increment | None:
+        """Add an increment; return what must be given to the filter before it, if it would become too much."""
+        is_full = self._sum.dt + u.dt > _STEP_S or self._sum.turn + u.turn > _STEP_RAD
+        due = self.take() if is_full else None
+        self._sum = self._sum.then(u)
+        return due
+
+    def take(self) -> Increment:
+        """Return all that has been added, and begin anew."""
+        u, self._sum = self._sum, Increment()
+        return u
 
 
 def twist_increment(twist: tuple[float, float, float], dt: float, gap: float = 0.0) -> Increment:

@@ -1,8 +1,4 @@
-"""One run of ``localize-pf`` as numbers: odometry is gathered, images are explained, each with an honest status.
-
-Increments of odometry add up until an image comes or they amount to more than the filter may take in one
-step, so that a log of fast odometry costs no more than one of slow odometry.
-"""
+"""One run of ``localize-pf`` as numbers: odometry is gathered, images are explained, each with an honest status."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -12,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..estimation.gaussian import pose_covariance
-from ..geometry.motion import Increment
+from ..geometry.motion import Gathered, Increment
 from ..geometry.se2 import rotation
 from .association import CLUTTER, Indices
 from .filter import ParticleFilter, Update
@@ -21,9 +17,6 @@ from .params import LocalizePfParams
 from .status import STATUSES, Judge, Status, honest_covariance
 
 Array: TypeAlias = npt.NDArray[np.float64]
-
-_STEP_S, _STEP_RAD = 0.25, 0.1
-"""An increment is given to the filter before it is longer."""
 
 
 class Filter(Protocol):
@@ -128,7 +121,7 @@ class Localizer:
         self.judge = Judge(params)
         self.tally = Tally()
         self.is_started = False
-        self._pending = Increment()
+        self._gathered = Gathered()
         self._search_s = 0.0
 
     def start(self, pose: Array, map_cov: Array | None) -> None:
@@ -142,16 +135,16 @@ class Localizer:
         self.filter.start(pose, body_cov)
         self.judge = Judge(self.params)
         self.is_started = True
-        self._pending = Increment()
+        self._gathered = Gathered()
 
     def move(self, u: Increment) -> None:
         """Take an increment of odometry; nothing before the start."""
         if not self.is_started:
             return
         self.tally.way_m += u.length
-        if self._pending.dt + u.dt > _STEP_S or self._pending.turn + u.turn > _STEP_RAD:
-            self._flush()
-        self._pending = self._pending.then(u)
+        due = self._gathered.add(u)
+        if due is not None:
+            self._drive(due)
 
     def look(self, stamp: int, z: Array, R: Array, given: Indices | None = None) -> Estimate:
         """Explain the sightings of one image.
@@ -162,7 +155,7 @@ class Localizer:
             R: (n, 2, 2) covariances [m^2].
             given: (n,) landmark indices where they are known.
         """
-        self._flush()
+        self._drive(self._gathered.take())
         if self.judge.is_lost:
             self.filter.search(self._search_s)
         self._search_s = 0.0
@@ -180,18 +173,17 @@ class Localizer:
 
     def guess(self) -> Estimate:
         """Return the pose from odometry alone."""
-        self._flush()
+        self._drive(self._gathered.take())
         pose, cov = self.filter.estimate()
         status = self.judge.unseen()
         none = np.zeros(0, dtype=np.intp)
         return Estimate(pose, honest_covariance(cov, status), status, none, float("nan"), self.filter.elsewhere())
 
-    def _flush(self) -> None:
-        """Give the filter what has been gathered."""
-        if self._pending.dt > 0.0 or self._pending.length > 0.0 or self._pending.turn > 0.0:
-            self.filter.predict(self._pending)
-            self._search_s += self._pending.dt
-        self._pending = Increment()
+    def _drive(self, u: Increment) -> None:
+        """Let the filter follow what has been gathered."""
+        if not u.is_none:
+            self.filter.predict(u)
+            self._search_s += u.dt
 
 
 def _histogram(counts: Counter[int]) -> list[int]:

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from logpose.pipelines.geometry.motion import Increment, arc, pose_increment, twist_increment
+from logpose.pipelines.geometry.motion import Gathered, Increment, arc, pose_increment, twist_increment
 
 DT = 380 / 4400
 
@@ -56,3 +56,24 @@ def test_backwards_and_sideways_count_as_way():
 def test_increment_of_a_pose_keeps_it():
     u = pose_increment(np.array([0.3, -0.4, -0.2]), 0.5)
     assert u == pytest.approx((0.3, -0.4, -0.2, 0.5, 0.2, 0.5, 0.0))
+
+
+def test_increments_are_gathered_until_they_are_too_long():
+    step = twist_increment((0.36, 0.0, 0.0), 0.1)
+    gathered = Gathered()
+    assert [gathered.add(step) for _ in range(2)] == [None, None]
+    assert gathered.add(step) == step.then(step)
+    assert gathered.take() == step
+    assert gathered.take().is_none
+
+
+def test_a_turn_that_is_too_long_is_kept_apart_even_from_nothing():
+    turn = twist_increment((0.0, 0.0, 2.0), 0.1)
+    gathered = Gathered()
+    assert gathered.add(turn) == Increment()
+    assert gathered.take() == turn
+
+
+def test_a_step_of_time_alone_is_something_and_a_gap_alone_is_not():
+    assert not Increment(dt=0.1).is_none
+    assert Increment(gap=0.1).is_none
