@@ -13,13 +13,12 @@ import numpy.typing as npt
 from ..estimation.losses import Loss
 from ..estimation.smoothing import Factor, Linear, whitening
 from ..geometry.angles import difference
-from ..geometry.se2 import between, compose
+from ..geometry.se2 import between, compose, in_map
 from ..odometry.errors import corrected, start_calibration, walk_variances
-from .filter import LEAST, in_map, survey_sigmas
 from .history import Sightings, Starts
-from .motion import N_POSE, N_STATE, linearise
+from .motion import LEAST, N_POSE, N_STATE, linearise
 from .params import FuseParams
-from .survey import displaced
+from .survey import displaced, survey_sigmas
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.intp]

@@ -20,16 +20,15 @@ import numpy.typing as npt
 from ..estimation.kalman import Innovation, correct, innovation, predict
 from ..geometry.angles import difference
 from ..geometry.motion import Increment
-from ..geometry.se2 import compose, rotation
+from ..geometry.se2 import compose, in_map
 from ..odometry.errors import corrected, start_calibration, step_noise, walk_variances
-from .motion import LEAST_M, LEAST_RAD, N_POSE, N_STATE, linearise
+from .motion import LEAST, N_POSE, N_STATE, linearise
 from .params import FuseParams
-from .survey import displaced
+from .survey import displaced, survey_sigmas
 from .view import Seen
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-LEAST = np.diag([LEAST_M**2, LEAST_M**2, LEAST_RAD**2])
 _NO_NEWS = 1e-6
 
 
@@ -144,17 +143,3 @@ class PoseFilter:
         P[:n, :n] = self.P
         P[n:, n:] = np.diag(survey_sigmas(self.params) ** 2)
         self.P = P
-
-
-def survey_sigmas(params: FuseParams) -> Array:
-    """Return the standard deviations (3,) of a mark's survey error [m, m, rad]."""
-    sigmas = np.array([params.map_sigma_m, params.map_sigma_m, np.radians(params.map_sigma_deg)])
-    return np.asarray(np.sqrt(sigmas**2 + np.diag(LEAST)))
-
-
-def in_map(heading: npt.ArrayLike) -> Array:
-    """Return the matrices (..., 3, 3) that turn errors of poses from the robot's frame into the map."""
-    turn = np.zeros((*np.shape(heading), 3, 3))
-    turn[..., :2, :2] = rotation(heading)
-    turn[..., 2, 2] = 1.0
-    return turn

@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..estimation.gaussian import pose_covariance
 from ..odometry.errors import DT, DTHETA, corrected
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -21,8 +22,8 @@ N_POSE, N_STATE = 3, 6
 SPEED, TURN, BIAS = 3, 4, 5
 """Where the calibration stands in a state."""
 
-LEAST_M, LEAST_RAD = 1e-4, 1e-4
-"""No step and no sighting is believed more exactly than this."""
+LEAST = pose_covariance(1e-4, 1e-4)
+"""No step and no sighting is believed more exactly than this [m^2, m^2, rad^2]."""
 
 
 def linearise(calibration: Array, u: Array) -> tuple[Array, Array]:

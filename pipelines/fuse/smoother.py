@@ -13,21 +13,23 @@ anew (``history.py``) the chain is cut, as a stiff false increment would bend al
 pass 3 if both ends lie as the increment says, within what pass 2 knows of them.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from ..estimation.gaussian import LOST
 from ..estimation.kalman import chi_square
 from ..estimation.losses import SQUARES, Loss
 from ..estimation.smoothing import Factor, Smoothed, smooth
-from ..geometry.se2 import compose
+from ..geometry.se2 import compose, in_map
 from ..odometry.errors import step_noise
 from . import factors
-from .filter import LEAST
 from .history import History
-from .motion import N_POSE, linearise
+from .motion import LEAST, N_POSE, linearise
 from .params import FuseParams
+from .tracker import Estimate, Status
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.intp]
@@ -76,6 +78,26 @@ def smooth_way(history: History, places: Array, params: FuseParams) -> Way:
     good = _Trust(SQUARES, seen <= most * problem.seen.news, starts <= most, problem.gaps(result) <= most)
     result = problem.solve(result.states, result.border, good)
     return Way(result, problem.marks, good.sightings, problem.doubted[~good.doubted] + 1)
+
+
+def poses_along(history: History, way: Way) -> Iterator[tuple[int, Estimate]]:
+    """Yield the stamp [ns] and the smoothed pose wherever the filter was asked for one.
+
+    Where an increment was broken the robot was carried, or slipped, some time before the next sighting; until there it
+    is ``lost``.
+    """
+    matched = np.bincount(history.sightings.at[way.is_kept], minlength=len(history))
+    lost = np.zeros(len(history), dtype=bool)
+    for node in way.broken:
+        seen = np.flatnonzero(matched[node:])
+        lost[node : node + seen[0] if len(seen) else None] = True
+    for node, (stamp, n_seen) in history.asked.items():
+        pose = way.result.states[node, :N_POSE]
+        turn = in_map(float(pose[2]))
+        cov = turn @ way.result.covariances[node, :N_POSE, :N_POSE] @ turn.T
+        n = int(matched[node])
+        status: Status = "lost" if lost[node] else "tracking" if n else "dead-reckoning"
+        yield stamp, Estimate(pose, cov + LOST if lost[node] else cov, status, n_seen, n)
 
 
 class _Trust(NamedTuple):

@@ -12,8 +12,8 @@ from ..geometry.motion import Increment
 from ..odometry.poses import parse_start_pose, planar_pose, start_pose_of
 from ..odometry.reader import OdometryReader
 from .params import FuseParams
-from .smoother import smooth_way
-from .summary import poses_along, summary, summary_of_way
+from .smoother import poses_along, smooth_way
+from .summary import summary, summary_of_way
 from .tracker import Estimate, Tracker
 from .view import Seen, View
 

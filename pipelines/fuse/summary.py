@@ -1,17 +1,14 @@
-"""What a run of ``fuse-poses`` amounts to: JSON-ready numbers, and the smoother's states as poses."""
+"""What a run of ``fuse-poses`` amounts to: JSON-ready numbers."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ..estimation.gaussian import LOST
-from .filter import in_map
-from .history import History
 from .motion import N_POSE, N_STATE
 from .smoother import Way
-from .tracker import STATUSES, Estimate, Status, Tracker
+from .tracker import STATUSES, Tracker
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -66,26 +63,6 @@ def summary_of_way(way: Way, ids: Sequence[int], *, has_odometry: bool) -> dict[
         "odometry": _calibration(result.states[-1, N_POSE:], last) if has_odometry else None,
         "marks": [_survey(ids[mark], error, s) for mark, error, s in rows],
     }
-
-
-def poses_along(history: History, way: Way) -> Iterator[tuple[int, Estimate]]:
-    """Yield the stamp [ns] and the smoothed pose wherever the filter was asked for one.
-
-    Where an increment was broken the robot was carried, or slipped, some time before the next sighting; until there it
-    is ``lost``.
-    """
-    matched = np.bincount(history.sightings.at[way.is_kept], minlength=len(history))
-    lost = np.zeros(len(history), dtype=bool)
-    for node in way.broken:
-        seen = np.flatnonzero(matched[node:])
-        lost[node : node + seen[0] if len(seen) else None] = True
-    for node, (stamp, n_seen) in history.asked.items():
-        pose = way.result.states[node, :N_POSE]
-        turn = in_map(float(pose[2]))
-        cov = turn @ way.result.covariances[node, :N_POSE, :N_POSE] @ turn.T
-        n = int(matched[node])
-        status: Status = "lost" if lost[node] else "tracking" if n else "dead-reckoning"
-        yield stamp, Estimate(pose, cov + LOST if lost[node] else cov, status, n_seen, n)
 
 
 def _calibration(values: Array, sigmas: Array) -> Mapping[str, float]:

@@ -17,6 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..geometry.se2 import rotation
+from .motion import LEAST
+from .params import FuseParams
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -44,3 +46,9 @@ def displaced(poses: Array, places: Array, errors: Array) -> tuple[Array, Array,
     by_error[..., 0, 0] = by_error[..., 1, 1] = by_error[..., 2, 2] = 1.0
     by_error[..., 0, 2], by_error[..., 1, 2] = -arm[..., 1], arm[..., 0]
     return found, by_pose, by_error
+
+
+def survey_sigmas(params: FuseParams) -> Array:
+    """Return the standard deviations (3,) of a mark's survey error [m, m, rad]."""
+    sigmas = np.array([params.map_sigma_m, params.map_sigma_m, np.radians(params.map_sigma_deg)])
+    return np.asarray(np.sqrt(sigmas**2 + np.diag(LEAST)))

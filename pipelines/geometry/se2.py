@@ -92,3 +92,11 @@ def rotation(heading: npt.ArrayLike) -> Array:
     """Return the (..., 2, 2) matrix that turns vectors by ``heading`` [rad]."""
     c, s = np.cos(heading), np.sin(heading)
     return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+
+
+def in_map(heading: npt.ArrayLike) -> Array:
+    """Return the matrices (..., 3, 3) that turn errors of poses from the robot's frame into the map."""
+    turn = np.zeros((*np.shape(heading), 3, 3))
+    turn[..., :2, :2] = rotation(heading)
+    turn[..., 2, 2] = 1.0
+    return turn

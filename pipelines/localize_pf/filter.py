@@ -33,7 +33,7 @@ from ..estimation.gaussian import largest_variance, log_density, pose_covariance
 from ..estimation.resampling import systematic
 from ..estimation.weights import effective_sample_size, log_sum_exp, normalise, uniform
 from ..geometry.motion import Increment
-from ..geometry.se2 import compose, exp, rotation, transform
+from ..geometry.se2 import compose, exp, in_map, transform
 from .association import CLUTTER, Indices, candidates, draw, forbid_used, vote
 from .likelihood import LEAST_M2, innovations, map_noise, novelty, sensitivity
 from .motion import N_AUX, SHIFT, SPEED, TURN, Cloud, drive, start_covariance
@@ -202,8 +202,7 @@ class ParticleFilter:
     def estimate(self) -> tuple[Array, Array]:
         """Return mean pose (3,) and covariance (3, 3) in the map: spread of the cloud plus width of a particle."""
         mean, between = pose_moments(self.cloud.poses, np.exp(self.cloud.log_w))
-        turn = np.eye(3)
-        turn[:2, :2] = rotation(mean[2])
+        turn = in_map(mean[2])
         cov = between + turn @ self.cloud.P[:3, :3] @ turn.T
         return mean, 0.5 * (cov + cov.T)
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..estimation.gaussian import pose_covariance
 from ..geometry.motion import Gathered, Increment
-from ..geometry.se2 import rotation
+from ..geometry.se2 import in_map
 from .association import CLUTTER, Indices
 from .filter import ParticleFilter, Update
 from .paper import PaperFilter
@@ -129,8 +129,7 @@ class Localizer:
         if map_cov is None:
             body_cov = pose_covariance(self.params.initial_sigma_m, float(np.radians(self.params.initial_sigma_deg)))
         else:
-            turn = np.eye(3)
-            turn[:2, :2] = rotation(pose[2])
+            turn = in_map(pose[2])
             body_cov = turn.T @ map_cov @ turn
         self.filter.start(pose, body_cov)
         self.judge = Judge(self.params)

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.estimation.kalman import chi_square
-from logpose.pipelines.fuse.filter import PoseFilter, in_map
+from logpose.pipelines.fuse.filter import PoseFilter
 from logpose.pipelines.fuse.motion import linearise
 from logpose.pipelines.fuse.params import FuseParams
 from logpose.pipelines.fuse.survey import displaced
 from logpose.pipelines.fuse.view import Seen, View, groups
 from logpose.pipelines.geometry.motion import Increment, pose_increment
-from logpose.pipelines.geometry.se2 import between, compose
+from logpose.pipelines.geometry.se2 import between, compose, in_map
 from logpose.pipelines.odometry.errors import corrected
 
 PLACES = np.array([[0.0, 2.0], [4.0, 2.0]])
