@@ -125,16 +125,3 @@ def from_matrix(matrix: Array) -> Array:
     )
     best = np.argmax(np.diagonal(candidates, axis1=-2, axis2=-1), axis=-1)
     return normalize(np.take_along_axis(candidates, best[..., None, None], axis=-2)[..., 0, :])
-
-
-def from_yaw(yaw: Array | float) -> Array:
-    """Return the quaternions (..., 4) of turns about z by ``yaw`` [rad]."""
-    half = 0.5 * np.asarray(yaw, dtype=np.float64)
-    zero = np.zeros_like(half)
-    return np.stack([zero, zero, np.sin(half), np.cos(half)], axis=-1)
-
-
-def yaw(q: Array) -> Array:
-    """Return the yaw (...) of Z-Y-X (yaw, pitch, roll) angles of unit quaternions, -pi..pi [rad]."""
-    x, y, z, w = np.moveaxis(np.asarray(q), -1, 0)
-    return np.asarray(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))

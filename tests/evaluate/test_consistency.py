@@ -21,7 +21,7 @@ def tracks(n, covariance, scale=1.0, *, is_planar=True):
 
 def test_a_hand_computed_value():
     truth, guess = tracks(1, COV)
-    truth = Track(truth.stamps, np.array([[0.2, -0.3, 0.0]]), so3.as_matrix(so3.from_yaw(np.array([0.1]))))
+    truth = Track(truth.stamps, np.array([[0.2, -0.3, 0.0]]), so3.as_matrix(so3.exp(np.array([[0.0, 0.0, 0.1]]))))
     values, dof = nees(truth, guess)
     assert dof == 3
     np.testing.assert_allclose(values, [0.2**2 / 0.04 + 0.3**2 / 0.01 + 0.1**2 / 0.0025])

@@ -16,7 +16,8 @@ from logpose.pipelines.geometry import so3
 
 def track(xy, yaw):
     n = len(xy)
-    return Track(np.arange(n), np.column_stack([np.array(xy, float), np.zeros(n)]), so3.as_matrix(so3.from_yaw(yaw)))
+    rotations = so3.as_matrix(so3.exp(np.multiply.outer(yaw, [0.0, 0.0, 1.0])))
+    return Track(np.arange(n), np.column_stack([np.array(xy, float), np.zeros(n)]), rotations)
 
 
 def test_absolute_errors_are_distances_and_angles():

@@ -21,7 +21,7 @@ def drive(n=50, *, rate=10, offset=(0.0, 0.0), start=0, covariance=None):
     return Trajectory(
         stamps=start + (t * SECOND).astype(np.int64),
         positions=np.column_stack([xy, np.zeros(n)]),
-        orientations=so3.from_yaw(heading),
+        orientations=so3.exp(np.multiply.outer(heading, [0.0, 0.0, 1.0])),
         covariances=None if covariance is None else np.tile(covariance, (n, 1, 1)),
     )
 

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from logpose.pipelines.geometry import so3
 from logpose.pipelines.geometry.angles import (
     circular_mean,
     difference,
@@ -48,3 +49,8 @@ def test_yaw_survives_the_quaternion(yaw):
     assert q[3] >= 0.0
     assert float(difference(yaw_from_quaternion(q), yaw)) == pytest.approx(0.0, abs=1e-9)
     assert yaw_from_quaternion(-3.0 * q) == pytest.approx(yaw_from_quaternion(q), abs=1e-12)
+
+
+def test_yaw_is_the_first_of_yaw_pitch_roll():
+    yaw, pitch, roll = (so3.exp(np.array(v)) for v in ([0, 0, 1.2], [0, -0.4, 0], [0.3, 0, 0]))
+    assert yaw_from_quaternion(so3.compose(yaw, so3.compose(pitch, roll))) == pytest.approx(1.2, abs=1e-15)
