@@ -10,7 +10,7 @@ from ...formats.events import Array, Event, MarkSighting, Notice, Odometry, Pose
 from ...formats.marks import read_marks
 from ..geometry.motion import Increment
 from ..odometry.poses import parse_start_pose, planar_pose, start_pose_of
-from ..odometry.reader import OdometryReader
+from ..odometry.reader import OdometryReader, odometry_notices, skipped_notice
 from .params import FuseParams
 from .smoother import poses_along, smooth_way
 from .summary import summary, summary_of_way
@@ -101,7 +101,8 @@ class _Run:
         if self.reader.jumps:
             step = Increment(dt=step.dt, gap=max(step.dt, _JUMP_S))  # no robot drives so
         self.tracker.move(step)
-        yield from self._complain()
+        after = "the pose does not follow it and is uncertain there"
+        yield from odometry_notices(self.reader, STAGE, after)
         if self.last_pose is not None and event.stamp - self.last_pose >= round(self.params.silence_s * 1e9):
             self.bridging = self._pose(event.stamp, self.tracker.guess(event.stamp))
 
@@ -128,13 +129,7 @@ class _Run:
         yield from self.until(2**63)
         if self.last_pose is None:
             yield self._notice(self.last, "no-pose", "no mark was told apart from the others; there is no pose.")
-        if self.reader.skipped:
-            n = self.reader.skipped
-            message = (
-                f"{n} of {n + self.reader.count} odometry messages give no pose and were skipped; their motion is in "
-                "the next pose, if one comes."
-            )
-            yield self._notice(self.last, "odometry-without-pose", message)
+        yield from skipped_notice(self.reader, self.last, STAGE)
         yield from self._alone()
         values = summary(self.tracker, self.ids)
         history = self.tracker.history
@@ -193,20 +188,6 @@ class _Run:
         return planar_pose(
             stamp, source=SOURCE, frame_id=self.frame_id, pose=estimate.pose, cov=estimate.cov, info=info
         )
-
-    def _complain(self) -> Iterator[Event]:
-        """Say what the odometry hides."""
-        while self.reader.gaps:
-            stamp, seconds = self.reader.gaps.popleft()
-            message = f"odometry is silent for {seconds:.3f} s; the pose is uncertain there."
-            yield self._notice(stamp, "odometry-gap", message)
-        while self.reader.jumps:
-            jump = self.reader.jumps.popleft()
-            message = (
-                f"odometry jumps by {jump.metres:.3f} m and {math.degrees(jump.radians):.1f} deg within "
-                f"{jump.seconds:.3f} s at stamp {jump.stamp} ns; the pose does not follow it and is uncertain there."
-            )
-            yield self._notice(jump.stamp, "odometry-jump", message)
 
     @staticmethod
     def _notice(stamp: int, code: str, message: str) -> Notice:

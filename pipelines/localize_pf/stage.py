@@ -10,7 +10,7 @@ from ...formats.errors import ConfigError
 from ...formats.events import NO_ID, Event, Notice, Odometry, Pose, Sightings, Summary
 from ...formats.landmarks import read_landmarks
 from ..odometry.poses import MISSING_START_POSE, parse_start_pose, planar_pose, start_pose_of
-from ..odometry.reader import MISSING_ODOMETRY, OdometryReader
+from ..odometry.reader import MISSING_ODOMETRY, OdometryReader, odometry_notices, skipped_notice
 from .association import CLUTTER, Indices
 from .localizer import Estimate, Localizer
 from .params import LocalizePfParams
@@ -97,29 +97,16 @@ class _Run:
         if self.params.initial_pose is not None:
             return
         if self.localizer.is_started:
-            yield Notice(
-                stamp=event.stamp, source=SOURCE, code="start-pose-again",
-                message="the log sets the start pose again; localisation begins anew there.",
-            )  # fmt: skip
+            message = "the log sets the start pose again; localisation begins anew there."
+            yield Notice(stamp=event.stamp, source=SOURCE, code="start-pose-again", message=message)
         self.reader.until(event.stamp)
         self.localizer.start(*start_pose_of(event))
 
     def odometry(self, event: Odometry) -> Iterator[Event]:
         """Follow one message."""
         self.localizer.move(self.reader.read(event))
-        while self.reader.gaps:
-            stamp, seconds = self.reader.gaps.popleft()
-            yield Notice(
-                stamp=stamp, source=SOURCE, code="odometry-gap",
-                message=f"odometry is silent for {seconds:.3f} s; the pose is uncertain there.",
-            )  # fmt: skip
-        while self.reader.jumps:
-            jump = self.reader.jumps.popleft()
-            yield Notice(
-                stamp=jump.stamp, source=SOURCE, code="odometry-jump",
-                message=f"odometry jumps by {jump.metres:.3f} m and {math.degrees(jump.radians):.1f} deg within "
-                f"{jump.seconds:.3f} s at stamp {jump.stamp} ns; poses after it are wrong until the map corrects them.",
-            )  # fmt: skip
+        after = "poses after it are wrong until the map corrects them"
+        yield from odometry_notices(self.reader, SOURCE, after)
         if self.last_pose is None or not self.localizer.is_started:
             return
         if event.stamp - self.last_pose >= round(self.params.silence_s * 1e9):
@@ -153,12 +140,7 @@ class _Run:
         self._complain()
         if self.bridging is not None:
             yield self.bridging
-        if self.reader.skipped:
-            yield Notice(
-                stamp=self.last, source=SOURCE, code="odometry-without-pose",
-                message=f"{self.reader.skipped} of {self.reader.skipped + self.reader.count} odometry messages give no "
-                "pose and were skipped; their motion is in the next pose, if one comes.",
-            )  # fmt: skip
+        yield from skipped_notice(self.reader, self.last, SOURCE)
         tally = self.localizer.tally
         yield from self._nothing_matched()
         values = {"method": self.params.method, **tally.values(), "n_before_start": self.n_before_start}
@@ -197,10 +179,8 @@ class _Run:
                 f"farther than {tally.farthest_sighting_m:.1f} m and odometry travels {tally.way_m:.1f} m. "
                 "Give the map in metres, in the frame of the start pose."
             )
-        yield Notice(
-            stamp=self.last, source=SOURCE, code="nothing-matched",
-            message="no sighting was found in the map; every pose is dead reckoning.",
-        )  # fmt: skip
+        message = "no sighting was found in the map; every pose is dead reckoning."
+        yield Notice(stamp=self.last, source=SOURCE, code="nothing-matched", message=message)
 
     def _names(self, matches: Indices) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
         return np.array([NO_ID if m == CLUTTER else self.ids[m] for m in matches], dtype=np.int64)

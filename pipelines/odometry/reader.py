@@ -11,11 +11,12 @@ the whole way.
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...formats.events import Array, Odometry
+from ...formats.events import Array, Notice, Odometry
 from ..geometry.angles import yaw_from_quaternion
 from ..geometry.motion import Increment, pose_increment, twist_increment
 from ..geometry.se2 import between
@@ -177,3 +178,34 @@ class OdometryReader:
             self.odometry_from = "pose"
         elif self._poseless >= _PATIENCE:
             self.odometry_from = "twist"
+
+
+def odometry_notices(reader: OdometryReader, source: str, after_jump: str) -> Iterator[Notice]:
+    """Yield what odometry hides: gaps and jumps that have not been fetched.
+
+    Args:
+        reader: of the log.
+        source: the stage that says so.
+        after_jump: what becomes of poses after a jump.
+    """
+    while reader.gaps:
+        stamp, seconds = reader.gaps.popleft()
+        message = f"odometry is silent for {seconds:.3f} s; the pose is uncertain there."
+        yield Notice(stamp=stamp, source=source, code="odometry-gap", message=message)
+    while reader.jumps:
+        jump = reader.jumps.popleft()
+        message = (
+            f"odometry jumps by {jump.metres:.3f} m and {math.degrees(jump.radians):.1f} deg within "
+            f"{jump.seconds:.3f} s at stamp {jump.stamp} ns; {after_jump}."
+        )
+        yield Notice(stamp=jump.stamp, source=source, code="odometry-jump", message=message)
+
+
+def skipped_notice(reader: OdometryReader, stamp: int, source: str) -> Iterator[Notice]:
+    """Yield that messages were skipped, said at ``stamp`` [ns], if there were any."""
+    if reader.skipped:
+        message = (
+            f"{reader.skipped} of {reader.skipped + reader.count} odometry messages give no pose and were skipped; "
+            "their motion is in the next pose, if one comes."
+        )
+        yield Notice(stamp=stamp, source=source, code="odometry-without-pose", message=message)
