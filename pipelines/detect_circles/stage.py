@@ -16,8 +16,8 @@ from ...formats.images import DamagedImage, grey
 from ...formats.landmarks import read_landmarks
 from ...formats.png import write_png
 from ..engine.stage import per_message
-from ..geometry.camera import Camera
 from ..geometry.so3 import as_matrix
+from ..images import camera_of, check_size, damaged_image, no_calibration
 from . import paper
 from .detect import Array, Bytes, Circles, Plane, Search, find_circles
 from .overlay import draw_overlay
@@ -47,21 +47,14 @@ def detect_circles(event: Image, params: DetectCirclesParams) -> Iterable[Event]
     try:
         pixels = grey(event)
     except DamagedImage as err:
-        message = f"{_topic(event)} holds {err}; it is skipped."
-        yield Notice(stamp=event.stamp, source=NAME, code="damaged-image", message=message, is_loss=True)
+        yield damaged_image(event, err, NAME)
         yield _sightings(event.stamp, find_circles(_NOTHING, _ANY), np.empty((0, 2)), np.empty((0, 2, 2)))
         return
-    height, width = pixels.shape
     if not (event.calibration or params.camera or params.ceiling_m or params.map):
         yield from _in_image_only(event, pixels, params)
         return
     setup = _setup_of(event, params)
-    if (setup.view.width, setup.view.height) != (width, height):
-        calibrated = f"{setup.view.width}x{setup.view.height}"
-        raise ConfigError(
-            f"{NAME}: the images on {_topic(event)} are {width}x{height} px, their calibration is for {calibrated} px. "
-            "Give the calibration of this camera and image size with --camera FILE."
-        )
+    check_size(event, pixels, (setup.view.width, setup.view.height), NAME)
     if params.method == "paper":
         circles = paper.find_circles_hough(pixels, setup.hough)
         _, cov = setup.view.sight(circles.uv, circles.cov, np.radians(params.tilt_deg))
@@ -71,9 +64,7 @@ def detect_circles(event: Image, params: DetectCirclesParams) -> Iterable[Event]
         xy, cov = setup.view.sight_circles(circles, np.radians(params.tilt_deg))
     if setup.notice:
         yield Notice(stamp=event.stamp, source=NAME, code="radius-range", message=setup.notice)
-    is_placed: Mask = np.isfinite(xy[:, 0]) & np.isfinite(
-        xy[:, 1]
-    )  # a pixel whose ray does not rise lies on no ceiling
+    is_placed: Mask = np.asarray(np.isfinite(xy).all(axis=1))  # a pixel whose ray does not rise lies on no ceiling
     yield _sightings(event.stamp, circles, xy, cov, is_placed)
 
 
@@ -109,11 +100,7 @@ class _Setup(NamedTuple):
 def _setup_of(event: Image, params: DetectCirclesParams) -> _Setup:
     calibration = _camera_file(params.camera) if params.camera else event.calibration
     if calibration is None:
-        raise ConfigError(
-            f"{NAME}: there is no calibration for the images on {_topic(event)} (no CameraInfo in the log, "
-            "or one with focal length 0: the camera is not calibrated). "
-            "Pass one with --camera FILE."
-        )
+        raise no_calibration(event, NAME, "Pass one with --camera FILE.")
     return _setup(calibration, _mount_key(event.mount), params)
 
 
@@ -127,11 +114,10 @@ def _setup(
     else:
         translation, rotation = np.array(mount[0]), as_matrix(np.array(mount[1]))
     try:
-        c = calibration
         view = View(
-            camera=Camera(c.fx, c.fy, c.cx, c.cy, c.model, c.distortion),
-            width=c.width,
-            height=c.height,
+            camera=camera_of(calibration),
+            width=calibration.width,
+            height=calibration.height,
             rotation=rotation,
             translation=translation,
             ceiling_m=_ceiling_m(params),
@@ -220,10 +206,6 @@ def _camera_file(path: str) -> Calibration:
 
 def _mount_key(mount: Mount | None) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
     return None if mount is None else (tuple(mount.translation.tolist()), tuple(mount.rotation.tolist()))
-
-
-def _topic(event: Image) -> str:
-    return event.topic or "this log"
 
 
 def _sightings(stamp: int, circles: Circles, xy: Array, cov: Array, keep: Mask | slice = ALL) -> Sightings:

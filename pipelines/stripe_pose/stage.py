@@ -16,6 +16,7 @@ from ...formats.images import DamagedImage, grey
 from ...formats.marks import read_marks
 from ...formats.png import write_png
 from ..geometry.camera import Camera
+from ..images import camera_of, check_size, damaged_image, no_calibration, no_images, topic_of
 from .attitude import Looking, expected, looking_of, robot_tilt
 from .method import find_marks
 from .overlay import Seen, draw_overlay
@@ -99,8 +100,7 @@ class _Finder:
         try:
             pixels = grey(event)
         except DamagedImage as err:
-            message = f"{_topic(event)} holds {err}; it is skipped."
-            yield Notice(stamp=event.stamp, source=NAME, code="damaged-image", message=message, is_loss=True)
+            yield damaged_image(event, err, NAME)
             self.damaged += 1
             return
         self.images += 1
@@ -127,10 +127,7 @@ class _Finder:
         if self.images == 0 and self.damaged:
             raise FormatError(f"{NAME}: all images of this log are damaged ({self.damaged}). Record them again.")
         if self.images == 0:
-            raise ConfigError(
-                f"{NAME}: there are no images in this log, or in this part of it. "
-                "Name their topic with --topic image=/NAME."
-            )
+            raise no_images(NAME)
         joint = self.params.pan_joint or self.params.tilt_joint
         if joint is not None and self.joints is None:
             raise ConfigError(
@@ -169,18 +166,11 @@ class _Finder:
         if fx is not None:
             c = Calibration(width, height, fx, fx, 0.5 * (width - 1), 0.5 * (height - 1))
         if c is None:
-            raise ConfigError(
-                f"{NAME}: there is no calibration for the images on {_topic(event)} (no CameraInfo in the log, "
-                "or one with focal length 0: the camera is not calibrated). Pass one with --camera FILE, or --fx PX."
-            )
-        if (c.width, c.height) != (width, height):
-            raise ConfigError(
-                f"{NAME}: the images on {_topic(event)} are {width}x{height} px, their calibration is for "
-                f"{c.width}x{c.height} px. Give the calibration of this camera and image size with --camera FILE."
-            )
+            raise no_calibration(event, NAME, "Pass one with --camera FILE, or --fx PX.")
+        check_size(event, pixels, (c.width, c.height), NAME)
         if self.camera is None or self.camera[0] != c:
             try:
-                self.camera = (c, Camera(c.fx, c.fy, c.cx, c.cy, c.model, c.distortion))
+                self.camera = (c, camera_of(c))
             except ValueError as err:
                 raise ConfigError(f"{NAME}: {err}. Calibrate the camera, or pass --camera FILE.") from err
         looking = self._looking(event, level=False)
@@ -251,7 +241,7 @@ class _Finder:
                 else "it tells where the camera is, and not where the robot is"
             )
             message = (
-                f"no joint states came within {p.attitude_age_s:g} s before an image on {_topic(event)}, and maybe "
+                f"no joint states came within {p.attitude_age_s:g} s before an image on {topic_of(event)}, and maybe "
                 f"others; {what}."
             )
             yield Notice(stamp=event.stamp, source=NAME, code="joints-silent", message=message)
@@ -262,7 +252,7 @@ class _Finder:
         if share > SATURATED and "saturated" not in self.said:
             self.said.add("saturated")
             message = (
-                f"{100 * share:.0f} % of the middle row of an image on {_topic(event)} are black or white; edges "
+                f"{100 * share:.0f} % of the middle row of an image on {topic_of(event)} are black or white; edges "
                 "may be off by a common shift. Expose for the marks."
             )
             yield Notice(stamp=event.stamp, source=NAME, code="saturated", message=message)
@@ -377,7 +367,3 @@ def _position(joints: JointState, name: str) -> float:
     if not np.isfinite(value):
         raise ValueError(f"the position of joint {name!r} is not finite. Repair or cut the log there.")
     return value
-
-
-def _topic(event: Image) -> str:
-    return event.topic or "this log"
