@@ -21,8 +21,9 @@ import numpy.typing as npt
 
 from logpose.formats.calibration import read_calibration
 from logpose.pipelines.geometry.camera import Camera
+from logpose.pipelines.geometry.mount import OPTICAL
 from logpose.pipelines.stripe_pose.edges import filter_taps, follow
-from logpose.pipelines.stripe_pose.levelling import OPTICAL, levelling_matrix
+from logpose.pipelines.stripe_pose.levelling import levelling_matrix
 from logpose.pipelines.stripe_pose.lines import N_COLUMNS, SLOPE, VAR_SLOPE, VAR_X, X, Z, fit_lines
 from logpose.pipelines.stripe_pose.pose import level_pose
 from logpose.pipelines.stripe_pose.scene import ray_table

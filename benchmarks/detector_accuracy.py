@@ -18,8 +18,9 @@ from lamp_scenes import CEILING_M, HEIGHT, WIDTH, Optics, Scene, make_scene
 from logpose.pipelines.detect_circles.detect import Circles, Plane, Search, find_circles
 from logpose.pipelines.detect_circles.paper import HoughSearch, find_circles_hough
 from logpose.pipelines.detect_circles.paper import sight as paper_sight
-from logpose.pipelines.detect_circles.sighting import NOMINAL_ROTATION, View
+from logpose.pipelines.detect_circles.sighting import View
 from logpose.pipelines.geometry.camera import Camera
+from logpose.pipelines.geometry.mount import UP
 
 RADII = (8.0, 48.0)
 MATCH_PX = 8.0
@@ -58,7 +59,7 @@ METHODS: dict[str, Find] = {
 def view_of(optics: Optics) -> View:
     """The detector's idea of the camera: right but for the tilt, which no log tells."""
     camera = Camera(optics.f, optics.f, optics.cx, optics.cy, "plumb_bob", (optics.k1, optics.k2, 0.0, 0.0, 0.0))
-    return View(camera, WIDTH, HEIGHT, NOMINAL_ROTATION, np.zeros(3), CEILING_M)
+    return View(camera, WIDTH, HEIGHT, UP, np.zeros(3), CEILING_M)
 
 
 def compare(scene: Scene, circles: Circles) -> tuple[list[tuple[int, int]], list[tuple[int, int]], int]:

@@ -22,9 +22,6 @@ import numpy as np
 from ..geometry.camera import Camera
 from .detect import Array, Circles, Plane
 
-NOMINAL_ROTATION = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""Optical frame to robot frame of a camera that looks up, the top of its image forward."""
-
 _MAX_NODES = 40_000  # so that the table stays in the cache; between its nodes it is right to 0.002 px
 
 
@@ -148,9 +145,3 @@ class View:
     def _unflipped(self, uv: Array) -> Array:
         uv = np.asarray(uv, dtype=np.float64)
         return np.stack([self.width - 1 - uv[..., 0], uv[..., 1]], axis=-1) if self.is_flipped else uv
-
-
-def upward_rotation(yaw_rad: float) -> Array:
-    """Return optical frame to robot frame (3, 3) of an upward camera turned by ``yaw_rad`` about the robot's z."""
-    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-    return np.asarray(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ NOMINAL_ROTATION)

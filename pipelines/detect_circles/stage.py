@@ -16,6 +16,7 @@ from ...formats.images import DamagedImage, grey
 from ...formats.landmarks import read_landmarks
 from ...formats.png import write_png
 from ..engine.stage import per_message
+from ..geometry.mount import upward
 from ..geometry.so3 import as_matrix
 from ..images import camera_of, check_size, damaged_image, no_calibration
 from . import paper
@@ -23,7 +24,7 @@ from .detect import Array, Bytes, Circles, Plane, Search, find_circles
 from .overlay import draw_overlay
 from .params import DetectCirclesParams, WriteOverlaysParams
 from .radius import default_radii, expected_radii
-from .sighting import View, upward_rotation
+from .sighting import View
 
 NAME = "detect-circles"
 Mask: TypeAlias = npt.NDArray[np.bool_]
@@ -110,7 +111,7 @@ def _setup(
 ) -> _Setup:
     if mount is None:
         translation = np.array([params.mount_x_m, params.mount_y_m, params.mount_z_m])
-        rotation = upward_rotation(np.radians(params.mount_yaw_deg))
+        rotation = upward(np.radians(params.mount_yaw_deg))
     else:
         translation, rotation = np.array(mount[0]), as_matrix(np.array(mount[1]))
     try:

@@ -5,8 +5,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from ..geometry.mount import AHEAD, pan_tilt_roll
 from ..geometry.so3 import as_matrix
-from .levelling import attitude_of
 from .pose import Array
 from .solve import Attitude
 
@@ -43,28 +43,9 @@ def looking_of(rotation: Array | None, tilted: Array | None) -> Looking:
     """
     base_R_optical = AHEAD if rotation is None else as_matrix(rotation)
     if tilted is not None:
-        return Looking(*attitude_of(tilted @ base_R_optical), "measured", "measured")
+        return Looking(*pan_tilt_roll(tilted @ base_R_optical), "measured", "measured")
     known: Known = "not" if rotation is None else "stated"
-    return Looking(*attitude_of(base_R_optical), known, known)
-
-
-AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Optical frame of a camera that looks straight ahead, on the robot (x ahead, y left, z up)."""
-
-
-def robot_tilt(orientation: Array, mount: Array | None) -> Array:
-    """Return the robot's rotation against a level one of the same heading, (3, 3).
-
-    Args:
-        orientation: (4,) of the inertial unit in the world.
-        mount: (4,) of the unit on the robot; straight if None.
-    """
-    world_R_robot = as_matrix(orientation)
-    if mount is not None:
-        world_R_robot = world_R_robot @ as_matrix(mount).T
-    heading = np.arctan2(world_R_robot[1, 0], world_R_robot[0, 0])
-    c, s = np.cos(heading), np.sin(heading)
-    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ world_R_robot
+    return Looking(*pan_tilt_roll(base_R_optical), known, known)
 
 
 def expected(

@@ -28,9 +28,6 @@ from .pose import homography
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-OPTICAL = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Camera frame (right, ahead, up) from optical frame (right, down, ahead)."""
-
 MAX_ANGLE = np.radians(45.0)
 """A camera that is tilted or rolled by more does not look at a wall."""
 
@@ -71,17 +68,3 @@ def leaning_pose(X: Array, u: Array, phi_x: float, phi_y: float) -> Array:
     C = cx * sy * s - sx * c
     dz = -(B * p + C * r)
     return np.array([phi, (p + B * dz) / (cx * cy), (r + C * dz) / (cx * cy), dz])
-
-
-def attitude_of(level_R_optical: Array) -> tuple[float, float, float]:
-    """Return pan, tilt and roll [rad] of a camera from its optical frame in a level frame (x ahead, y left, z up).
-
-    Pan is counter-clockwise from x; 0, 0, 0 looks along x with the image top up.
-    """
-    R = level_R_optical @ OPTICAL.T  # V_level = Rz(pan - 90 deg) Q' V_camera
-    ahead = R[:, 1]
-    pan = float(np.arctan2(ahead[1], ahead[0]))
-    tilt = float(np.arcsin(np.clip(ahead[2], -1.0, 1.0)))
-    # The last row of Rz Q' is that of Q': (-sin r cos t, sin t, cos r cos t).
-    roll = float(np.arctan2(-R[2, 0], R[2, 2]))
-    return pan, tilt, roll

@@ -16,8 +16,9 @@ from ...formats.images import DamagedImage, grey
 from ...formats.marks import read_marks
 from ...formats.png import write_png
 from ..geometry.camera import Camera
+from ..geometry.mount import robot_tilt
 from ..images import camera_of, check_size, damaged_image, no_calibration, no_images, topic_of
-from .attitude import Looking, expected, looking_of, robot_tilt
+from .attitude import Looking, expected, looking_of
 from .method import find_marks
 from .overlay import Seen, draw_overlay
 from .paper import PaperSearch, find_marks_paper

@@ -7,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from logpose.pipelines.detect_circles.detect import Search, find_circles
-from logpose.pipelines.detect_circles.sighting import View, upward_rotation
+from logpose.pipelines.detect_circles.sighting import View
 from logpose.pipelines.geometry.camera import Camera
+from logpose.pipelines.geometry.mount import upward
 
 SEARCH = Search(7.0, 30.0)
 
@@ -127,7 +128,7 @@ def test_the_covariance_is_honest(draw, shapes):
 def test_with_a_camera_the_true_centre_is_reported_not_the_middle_of_the_outline():
     # A tilted camera sees a disc on the ceiling as an ellipse whose middle is not the image of its centre.
     c, s = np.cos(0.5), np.sin(0.5)
-    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]) @ upward_rotation(0.0)
+    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]) @ upward(0.0)
     view = View(
         Camera(300.0, 300.0, 159.5, 119.5, "plumb_bob", (-0.15, 0.0, 0.0, 0.0)), 320, 240, rotation, np.zeros(3), 1.0
     )
@@ -223,6 +224,6 @@ def test_wrong_input_is_refused():
         find_circles(np.zeros((5, 5)), SEARCH)
     with pytest.raises(ValueError, match="the radius range is 9 to 8 px"):
         Search(9.0, 8.0)
-    plane = View(Camera(60.0, 60.0, 32.0, 24.0), 64, 48, upward_rotation(0.0), np.zeros(3), 2.0).plane()
+    plane = View(Camera(60.0, 60.0, 32.0, 24.0), 64, 48, upward(0.0), np.zeros(3), 2.0).plane()
     with pytest.raises(ValueError, match="the image is 50x40 px, the plane is for 64x48 px"):
         find_circles(np.zeros((40, 50), np.uint8), SEARCH, plane)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.detect_circles import paper
-from logpose.pipelines.detect_circles.sighting import View, upward_rotation
+from logpose.pipelines.detect_circles.sighting import View
 from logpose.pipelines.geometry.camera import Camera
+from logpose.pipelines.geometry.mount import upward
 
 F, H = 645.333333333333, 2.42
 # u, v, P, r [m], theta, elevation [deg], x, y [m]; computed independently from the corrected equations (1)-(3)
@@ -62,7 +63,7 @@ def test_the_paper_agrees_with_the_general_view_for_a_level_camera(yaw, is_flipp
         Camera(F, F, 310.0, 250.0, "plumb_bob", (-0.2, 0.03, 0.0, 0.0)),
         640,
         480,
-        upward_rotation(yaw),
+        upward(yaw),
         np.array([0.1, -0.05, 0.3]),
         2.72,
         is_flipped,

@@ -6,8 +6,9 @@ import pytest
 
 from logpose.pipelines.detect_circles.detect import Search, find_circles
 from logpose.pipelines.detect_circles.radius import default_radii, expected_radii
-from logpose.pipelines.detect_circles.sighting import NOMINAL_ROTATION, View, upward_rotation
+from logpose.pipelines.detect_circles.sighting import View
 from logpose.pipelines.geometry.camera import Camera
+from logpose.pipelines.geometry.mount import UP, upward
 
 F, H = 645.333333333333, 2.42
 LENS = Camera(F, 640.0, 322.0, 236.0, "plumb_bob", (-0.22, 0.05, 0.001, -0.0005, 0.0))
@@ -19,16 +20,16 @@ def tilted(angle):
 
 
 VIEWS = [
-    View(LENS, 640, 480, NOMINAL_ROTATION, np.zeros(3), H),
-    View(LENS, 640, 480, upward_rotation(2.0), np.array([0.2, -0.1, 0.32]), 2.74),
-    View(LENS, 640, 480, tilted(0.2) @ upward_rotation(-0.3), np.array([0.1, 0.0, 0.5]), 3.0),
-    View(LENS, 640, 480, upward_rotation(0.7), np.array([0.1, 0.0, 0.5]), 3.0, is_flipped=True),
+    View(LENS, 640, 480, UP, np.zeros(3), H),
+    View(LENS, 640, 480, upward(2.0), np.array([0.2, -0.1, 0.32]), 2.74),
+    View(LENS, 640, 480, tilted(0.2) @ upward(-0.3), np.array([0.1, 0.0, 0.5]), 3.0),
+    View(LENS, 640, 480, upward(0.7), np.array([0.1, 0.0, 0.5]), 3.0, is_flipped=True),
 ]
 views = pytest.mark.parametrize("view", VIEWS, ids=["nominal", "turned", "tilted", "mirrored"])
 
 
 def test_nominal_camera_top_is_forward_and_right_is_left():
-    view = View(Camera(F, F, 320.0, 240.0), 640, 480, NOMINAL_ROTATION, np.zeros(3), H)
+    view = View(Camera(F, F, 320.0, 240.0), 640, 480, UP, np.zeros(3), H)
     uv = np.array([[320.0, 140.0], [420.0, 240.0], [520.0, 90.0], [0.0, 480.0]])
     np.testing.assert_allclose(
         view.to_robot(uv), [[0.375, 0.0], [0.0, 0.375], [0.5625, 0.75], [-0.9, -1.2]], atol=1e-12
@@ -49,7 +50,7 @@ def test_the_jacobian_agrees_with_finite_differences(view):
 
 
 def test_a_pixel_of_noise_is_h_over_f_metres_without_a_lens():
-    view = View(Camera(F, F, 320.0, 240.0), 640, 480, NOMINAL_ROTATION, np.zeros(3), H)
+    view = View(Camera(F, F, 320.0, 240.0), 640, 480, UP, np.zeros(3), H)
     cov = view.sight(np.array([[500.0, 100.0]]), np.eye(2)[None])[1]
     np.testing.assert_allclose(cov[0], (H / F) ** 2 * np.eye(2), atol=1e-15)
 
@@ -74,7 +75,7 @@ def test_tilt_moves_a_sighting_as_the_covariance_says(view):
 
 
 def test_one_degree_of_tilt_is_42_mm_overhead():
-    view = View(Camera(F, F, 320.0, 240.0), 640, 480, NOMINAL_ROTATION, np.zeros(3), H)
+    view = View(Camera(F, F, 320.0, 240.0), 640, 480, UP, np.zeros(3), H)
     cov = view.sight(np.array([[320.0, 240.0]]), np.zeros((1, 2, 2)), np.radians(1.0))[1]
     np.testing.assert_allclose(np.sqrt(np.diag(cov[0])), 0.0422, atol=5e-5)  # h tan(1 deg)
 
@@ -110,24 +111,24 @@ def test_circles_found_without_a_plane_lie_on_no_ceiling():
 
 
 def test_rays_that_do_not_rise_are_on_no_ceiling():
-    view = View(Camera(300.0, 300.0, 320.0, 240.0), 640, 480, tilted(1.2) @ NOMINAL_ROTATION, np.zeros(3), 2.0)
+    view = View(Camera(300.0, 300.0, 320.0, 240.0), 640, 480, tilted(1.2) @ UP, np.zeros(3), 2.0)
     xy = view.to_robot(np.array([[320.0, 0.0], [320.0, 479.0]]))
     assert np.isnan(xy).all(axis=1).sum() == 1
 
 
 def test_a_ceiling_below_the_lens_is_refused():
     with pytest.raises(ValueError) as caught:
-        View(LENS, 640, 480, NOMINAL_ROTATION, np.array([0.0, 0.0, 0.32]), 0.3)
+        View(LENS, 640, 480, UP, np.array([0.0, 0.0, 0.32]), 0.3)
     assert str(caught.value) == "the ceiling, 0.3 m above base_link, is not above the lens, 0.32 m above it"
 
 
 def test_radii_follow_from_camera_ceiling_and_lamp():
-    view = View(Camera(F, F, 320.0, 240.0), 640, 480, NOMINAL_ROTATION, np.zeros(3), H)
+    view = View(Camera(F, F, 320.0, 240.0), 640, 480, UP, np.zeros(3), H)
     least, most = expected_radii(view, 0.15)
     middle = 0.075 * F / H  # 20 px everywhere: no lens, ceiling parallel to the image
     assert least == pytest.approx(0.8 * middle, rel=1e-6)
     assert most == pytest.approx(1.2 * middle, rel=1e-6)
-    bent = View(LENS, 640, 480, NOMINAL_ROTATION, np.zeros(3), H)
+    bent = View(LENS, 640, 480, UP, np.zeros(3), H)
     assert expected_radii(bent, 0.15)[0] < 0.95 * least
 
 

@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
-from logpose.pipelines.stripe_pose.attitude import AHEAD, expected, looking_of, robot_tilt
-from logpose.pipelines.stripe_pose.levelling import (
-    OPTICAL,
-    attitude_of,
-    leaning_pose,
-    level_bearings,
-    levelling_matrix,
-    line_of_bearing,
-)
+from logpose.pipelines.geometry.mount import AHEAD, OPTICAL, pan_tilt_roll, robot_tilt
+from logpose.pipelines.stripe_pose.attitude import expected, looking_of
+from logpose.pipelines.stripe_pose.levelling import leaning_pose, level_bearings, levelling_matrix, line_of_bearing
 from logpose.pipelines.stripe_pose.pose import level_pose
 
 LINES = np.array([0.0, -0.06, 0.06])
@@ -77,11 +71,11 @@ def test_the_special_cases_of_the_middle_row():
 def test_the_attitude_of_a_mount_is_read_back(pan, tilt, roll):
     c, s = np.cos(pan - np.pi / 2), np.sin(pan - np.pi / 2)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    assert attitude_of(turn @ levelling_matrix(tilt, roll).T @ OPTICAL) == pytest.approx((pan, tilt, roll), abs=1e-14)
+    assert pan_tilt_roll(turn @ levelling_matrix(tilt, roll).T @ OPTICAL) == pytest.approx((pan, tilt, roll), abs=1e-14)
 
 
 def test_a_camera_that_looks_ahead_is_level():
-    assert attitude_of(AHEAD) == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
+    assert pan_tilt_roll(AHEAD) == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
     assert looking_of(None, None).tilt_known == "not"
 
 
@@ -93,7 +87,7 @@ def test_a_robot_that_pitches_up_tilts_a_camera_that_looks_ahead_and_rolls_one_t
     ahead = looking_of(None, tilted)
     assert (ahead.pan, ahead.tilt, ahead.roll) == pytest.approx((0.0, 0.1, 0.0), abs=1e-12)
     left = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    pan, tilt, roll = attitude_of(tilted @ left)
+    pan, tilt, roll = pan_tilt_roll(tilted @ left)
     assert pan == pytest.approx(np.pi / 2, abs=1e-12)
     assert tilt == pytest.approx(0.0, abs=1e-12)
     # Nose up lifts the camera's right side, which a positive turn about its optical axis lowers.
