@@ -1,7 +1,7 @@
 """Where the camera looks: pan, tilt and roll from a mount, an inertial unit, joints, or options."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -22,11 +22,11 @@ Known: TypeAlias = Literal["measured", "stated", "not"]
 class Looking:
     """Pan, tilt, roll [rad], and how tilt and roll are known."""
 
-    pan: float = 0.0
-    tilt: float = 0.0
-    roll: float = 0.0
-    tilt_known: Known = "not"
-    roll_known: Known = "not"
+    pan: float
+    tilt: float
+    roll: float
+    tilt_known: Known
+    roll_known: Known
 
     @property
     def is_known(self) -> bool:
@@ -34,18 +34,49 @@ class Looking:
         return "not" not in {self.tilt_known, self.roll_known}
 
 
-def looking_of(rotation: Array | None, tilted: Array | None) -> Looking:
-    """Return where a camera looks.
+class Turned(NamedTuple):
+    """How far joints turn the camera from its mount [rad]: None without such a joint, nan while it is silent."""
+
+    tilt: float | None = None
+    pan: float | None = None
+
+
+class Stated(NamedTuple):
+    """What options say [rad], None where they say nothing."""
+
+    pan: float | None = None
+    tilt: float | None = None
+    roll: float | None = None
+
+
+def looking_of(mount: Array | None, tilted: Array | None, turned: Turned, stated: Stated) -> Looking:
+    """Return where a camera looks: options win over joints, joints over an inertial unit, that over the mount.
+
+    Where a joint would have to speak and is silent the pan is nan: nobody knows where the head is turned to.
 
     Args:
-        rotation: (4,) quaternion of the optical frame on the robot; it looks ahead where the log does not say (None).
+        mount: (4,) quaternion of the optical frame on the robot; it looks ahead where the log does not say (None). With
+            joints it is the head's at rest.
         tilted: (3, 3) rotation of the robot against a level one of the same heading, None where it is not measured.
+        turned: by joints.
+        stated: by options.
     """
-    base_R_optical = AHEAD if rotation is None else as_matrix(rotation)
-    if tilted is not None:
-        return Looking(*pan_tilt_roll(tilted @ base_R_optical), "measured", "measured")
-    known: Known = "not" if rotation is None else "stated"
-    return Looking(*pan_tilt_roll(base_R_optical), known, known)
+    base_R_optical = AHEAD if mount is None else as_matrix(mount)
+    tilt_known: Known = "measured" if tilted is not None else "not" if mount is None else "stated"
+    roll_known = tilt_known
+    pan, tilt, roll = pan_tilt_roll(base_R_optical if tilted is None else tilted @ base_R_optical)
+    if turned.pan is not None:
+        pan += turned.pan
+    if turned.tilt is not None:
+        is_silent = np.isnan(turned.tilt)
+        tilt, tilt_known = (tilt, "not") if is_silent else (tilt + turned.tilt, "measured")
+    if stated.pan is not None:
+        pan = stated.pan
+    if stated.tilt is not None:
+        tilt, tilt_known = stated.tilt, "stated"
+    if stated.roll is not None:
+        roll, roll_known = stated.roll, "stated"
+    return Looking(pan, tilt, roll, tilt_known, roll_known)
 
 
 def expected(

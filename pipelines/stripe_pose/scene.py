@@ -92,6 +92,12 @@ def ray_table(camera: Camera, width: int, height: int) -> Array:
     return table
 
 
+def saturated_share(pixels: Bytes, row: float) -> float:
+    """Return the share of black and white pixels in the row of an image next to ``row``."""
+    values = pixels[min(max(round(row), 0), len(pixels) - 1)]
+    return float(np.mean((values == 0) | (values == 255)))
+
+
 @dataclass(slots=True, eq=False)
 class Scene:
     """An image with what is made of it once."""

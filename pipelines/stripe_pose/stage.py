@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -18,14 +17,14 @@ from ...formats.png import write_png
 from ..geometry.camera import Camera
 from ..geometry.mount import robot_tilt
 from ..images import camera_of, check_size, damaged_image, no_calibration, no_images, topic_of
-from .attitude import Looking, expected, looking_of
+from .attitude import Looking, Stated, Turned, expected, looking_of
 from .method import find_marks
 from .overlay import Seen, draw_overlay
 from .paper import PaperSearch, find_marks_paper
 from .params import StripePoseParams, WriteMarkOverlaysParams
-from .scene import Bytes, Eye, Search
+from .scene import Bytes, Eye, Search, saturated_share
 from .verdict import Found
-from .world import robot_covariance, robot_pose
+from .world import robot_covariance, robot_pose, without_height
 
 T = TypeVar("T", Imu, JointState)
 
@@ -86,6 +85,8 @@ class _Finder:
             raise ConfigError(f"{NAME}: camera and fx_px both say what the camera is. Leave one of them out.")
         self.given = None if params.camera is None else read_calibration(params.camera)
         self.search = _search_of(params)
+        said = (params.pan_deg, params.tilt_deg, params.roll_deg)
+        self.stated = Stated(*(None if deg is None else float(np.radians(deg)) for deg in said))
         self.imu: Imu | None = None
         self.joints: JointState | None = None
         self.last = 0
@@ -161,19 +162,7 @@ class _Finder:
 
         The mount is x, y, height, pan, tilt, roll of the camera on the robot [m, rad].
         """
-        height, width = pixels.shape
-        fx = self.params.fx_px
-        c = self.given or event.calibration
-        if fx is not None:
-            c = Calibration(width, height, fx, fx, 0.5 * (width - 1), 0.5 * (height - 1))
-        if c is None:
-            raise no_calibration(event, NAME, "Pass one with --camera FILE, or --fx PX.")
-        check_size(event, pixels, (c.width, c.height), NAME)
-        if self.camera is None or self.camera[0] != c:
-            try:
-                self.camera = (c, camera_of(c))
-            except ValueError as err:
-                raise ConfigError(f"{NAME}: {err}. Calibrate the camera, or pass --camera FILE.") from err
+        camera = self._lens(event, pixels)
         looking = self._looking(event, level=False)
         if max(abs(looking.tilt), abs(looking.roll)) > np.pi / 4:
             raise ConfigError(
@@ -190,39 +179,34 @@ class _Finder:
         place = [float(logged[i]) if value is None else value for i, value in enumerate(given)]
         on_robot = self._looking(event, level=True)
         mount = np.array([*place, on_robot.pan, on_robot.tilt, on_robot.roll])
-        return Eye(self.camera[1], width, height, attitude), mount
+        height, width = pixels.shape
+        return Eye(camera, width, height, attitude), mount
+
+    def _lens(self, event: Image, pixels: Bytes) -> Camera:
+        """Return the lens that an option, a calibration file or the log tells, in this order."""
+        height, width = pixels.shape
+        fx = self.params.fx_px
+        c = self.given or event.calibration
+        if fx is not None:
+            c = Calibration(width, height, fx, fx, 0.5 * (width - 1), 0.5 * (height - 1))
+        if c is None:
+            raise no_calibration(event, NAME, "Pass one with --camera FILE, or --fx PX.")
+        check_size(event, pixels, (c.width, c.height), NAME)
+        if self.camera is None or self.camera[0] != c:
+            try:
+                self.camera = (c, camera_of(c))
+            except ValueError as err:
+                raise ConfigError(f"{NAME}: {err}. Calibrate the camera, or pass --camera FILE.") from err
+        return self.camera[1]
 
     def _looking(self, event: Image, *, level: bool) -> Looking:
-        """Return pan, tilt and roll: options win over joints, joints over the inertial unit, that over the mount.
-
-        On a ``level`` robot the inertial unit has nothing to say. Where a joint would have to speak and is silent the
-        pan is nan: nobody knows where the head is turned to.
-        """
-        p = self.params
-        imu = self._fresh(self.imu, event)
+        """Return pan, tilt and roll; on a ``level`` robot the inertial unit has nothing to say."""
+        imu, joints = self._fresh(self.imu, event), self._fresh(self.joints, event)
         tilted = None
         if imu is not None and imu.orientation is not None and not level:
             tilted = robot_tilt(imu.orientation, None if imu.mount is None else imu.mount.rotation)
-        looking = looking_of(None if event.mount is None else event.mount.rotation, tilted)
-        joints = self._fresh(self.joints, event)
-        for name, key in ((p.tilt_joint, "tilt"), (p.pan_joint, "pan")):
-            if name is None:
-                continue
-            # The mount in the log is the head's at rest; its joints turn it from there.
-            if key == "pan":
-                turn = np.nan if joints is None else _position(joints, name)
-                looking = replace(looking, pan=looking.pan + turn)
-            elif joints is None:
-                looking = replace(looking, tilt_known="not")
-            else:
-                looking = replace(looking, tilt=looking.tilt + _position(joints, name), tilt_known="measured")
-        if p.pan_deg is not None:
-            looking = replace(looking, pan=float(np.radians(p.pan_deg)))
-        if p.tilt_deg is not None:
-            looking = replace(looking, tilt=float(np.radians(p.tilt_deg)), tilt_known="stated")
-        if p.roll_deg is not None:
-            looking = replace(looking, roll=float(np.radians(p.roll_deg)), roll_known="stated")
-        return looking
+        turned = Turned(*(_position(joints, name) for name in (self.params.tilt_joint, self.params.pan_joint)))
+        return looking_of(None if event.mount is None else event.mount.rotation, tilted, turned, self.stated)
 
     def _fresh(self, heard: T | None, event: Image) -> T | None:
         """Return what was heard last if it is not too old."""
@@ -248,8 +232,7 @@ class _Finder:
             yield Notice(stamp=event.stamp, source=NAME, code="joints-silent", message=message)
 
     def _exposure(self, event: Image, pixels: Bytes, eye: Eye) -> Iterator[Notice]:
-        row = pixels[min(max(round(eye.row), 0), len(pixels) - 1)]
-        share = float(np.mean((row == 0) | (row == 255)))
+        share = saturated_share(pixels, eye.row)
         if share > SATURATED and "saturated" not in self.said:
             self.said.add("saturated")
             message = (
@@ -277,7 +260,7 @@ class _Finder:
         if p.tilt_model == "paper" or p.levelling == "lines" or not self._looking(event, level=True).is_known:
             # How the camera stands on the robot is not known, so the lines do not say how the robot leans. Without
             # height its lens does not move.
-            mount = mount * np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0])
+            mount = without_height(mount)
         leaning = item.attitude - mount[4:]
         return MarkSighting(
             stamp=event.stamp,
@@ -358,8 +341,10 @@ def _search_of(p: StripePoseParams) -> Search:
     )
 
 
-def _position(joints: JointState, name: str) -> float:
-    """Return the position of a joint [rad]."""
+def _position(joints: JointState | None, name: str | None) -> float | None:
+    """Return the position of a joint [rad]: nan if joints are silent, None if none was named."""
+    if name is None or joints is None:
+        return None if name is None else np.nan
     if name not in joints.names:
         raise ConfigError(
             f"{NAME}: {joints.topic or 'the log'} has no joint {name!r}. It has {', '.join(joints.names) or 'none'}."

@@ -50,6 +50,11 @@ def robot_covariance(mark: Array, pose: Array, mount: Array, leaning: Array, cov
     return J @ cov @ J.T
 
 
+def without_height(mount: Array) -> Array:
+    """Return a mount whose lens a leaning robot does not move."""
+    return np.asarray(mount * np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0]))
+
+
 def _lever(mount: Array) -> Array:
     """Return how the lens moves on the robot (2, 2) [m/rad] as the robot leans back and to the right under it."""
     c, s = np.cos(mount[3]), np.sin(mount[3])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.geometry.mount import AHEAD, OPTICAL, pan_tilt_roll, robot_tilt
-from logpose.pipelines.stripe_pose.attitude import expected, looking_of
+from logpose.pipelines.stripe_pose.attitude import Stated, Turned, expected, looking_of
 from logpose.pipelines.stripe_pose.levelling import leaning_pose, level_bearings, levelling_matrix, line_of_bearing
 from logpose.pipelines.stripe_pose.pose import level_pose
 
@@ -74,9 +74,13 @@ def test_the_attitude_of_a_mount_is_read_back(pan, tilt, roll):
     assert pan_tilt_roll(turn @ levelling_matrix(tilt, roll).T @ OPTICAL) == pytest.approx((pan, tilt, roll), abs=1e-14)
 
 
+def looking(mount, tilted, turned=None, stated=None):
+    return looking_of(mount, tilted, turned or Turned(), stated or Stated())
+
+
 def test_a_camera_that_looks_ahead_is_level():
     assert pan_tilt_roll(AHEAD) == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
-    assert looking_of(None, None).tilt_known == "not"
+    assert looking(None, None).tilt_known == "not"
 
 
 def test_a_robot_that_pitches_up_tilts_a_camera_that_looks_ahead_and_rolls_one_that_looks_left():
@@ -84,7 +88,7 @@ def test_a_robot_that_pitches_up_tilts_a_camera_that_looks_ahead_and_rolls_one_t
     heading = np.array([0.0, 0.0, np.sin(0.4), np.cos(0.4)])
     x, y, z, w = _product(heading, up)
     tilted = robot_tilt(np.array([x, y, z, w]), None)
-    ahead = looking_of(None, tilted)
+    ahead = looking(None, tilted)
     assert (ahead.pan, ahead.tilt, ahead.roll) == pytest.approx((0.0, 0.1, 0.0), abs=1e-12)
     left = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
     pan, tilt, roll = pan_tilt_roll(tilted @ left)
@@ -95,14 +99,25 @@ def test_a_robot_that_pitches_up_tilts_a_camera_that_looks_ahead_and_rolls_one_t
     assert ahead.tilt_known == "measured"
 
 
+def test_options_win_over_joints_and_joints_turn_the_head_from_its_mount():
+    head = looking(None, None, Turned(tilt=0.1, pan=0.2))
+    assert (head.pan, head.tilt, head.roll) == pytest.approx((0.2, 0.1, 0.0))
+    assert (head.tilt_known, head.roll_known) == ("measured", "not")
+    silent = looking(np.array([-0.5, 0.5, -0.5, 0.5]), None, Turned(tilt=np.nan, pan=np.nan))
+    assert np.isnan(silent.pan)
+    assert (silent.tilt, silent.tilt_known, silent.roll_known) == (pytest.approx(0.0), "not", "stated")
+    said = looking(None, np.eye(3), Turned(tilt=0.1, pan=np.nan), Stated(pan=0.5, tilt=0.3))
+    assert (said.pan, said.tilt, said.tilt_known, said.roll_known) == (0.5, 0.3, "stated", "measured")
+
+
 def test_what_is_not_known_gets_a_wide_prior_and_options_a_narrow_one():
-    nothing = expected(looking_of(None, None), "best", None, None)
+    nothing = expected(looking(None, None), "best", None, None)
     assert nothing.tilt_sd == pytest.approx(np.radians(4.0))
-    stated = expected(looking_of(np.array([-0.5, 0.5, -0.5, 0.5]), None), "best", None, None)
+    stated = expected(looking(np.array([-0.5, 0.5, -0.5, 0.5]), None), "best", None, None)
     assert stated.tilt_sd == pytest.approx(np.radians(1.0))
-    assert expected(looking_of(None, None), "best", 0.01, 0.02).roll_sd == 0.02
-    assert expected(looking_of(None, None), "given", None, None).tilt_sd == 0.0
-    assert expected(looking_of(None, None), "lines", None, None).tilt_sd == np.inf
+    assert expected(looking(None, None), "best", 0.01, 0.02).roll_sd == 0.02
+    assert expected(looking(None, None), "given", None, None).tilt_sd == 0.0
+    assert expected(looking(None, None), "lines", None, None).tilt_sd == np.inf
 
 
 def _product(a, b):
