@@ -1,6 +1,6 @@
 """A robot that drives round a room and looks to its left, where marks hang; its own forward model, no images.
 
-Nothing here comes from the estimators. The room is 6 x 4 m, three marks hang on each wall; the robot drives clockwise
+Nothing in it comes from the estimators. The room is 6 x 4 m, three marks hang on each wall; the robot drives clockwise
 0.8 m before them, 0.3 m/s, turns on the spot in the corners, and takes 5 images/s. A mark is seen where it lies within
 30 degrees of the view. Odometry errs as its parameters say (random walks, scales, bias), the marks are surveyed wrongly
 by a rigid motion each, and phi, D_x, D_y of a sighting have white noise.
@@ -14,9 +14,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from logpose.formats.events import NO_ID, MarkSighting, Odometry, Pose
+from logpose.formats.events import NO_ID, MarkSighting, Notice, Odometry, Pose, Summary
 from logpose.formats.marks import write_marks
 from logpose.formats.products import MarkMap, StripeMark
+from logpose.pipelines.fuse.params import FuseParams
+from logpose.pipelines.fuse.stage import fuse_poses
 
 S = 1_000_000_000
 DT, EVERY = 0.1, 2  # an odometry message each 0.1 s, an image with every second one
@@ -250,10 +252,67 @@ def room(tmp_path_factory):
     return make
 
 
+def run(events, path, **params):
+    return list(fuse_poses(iter(events), FuseParams(map=path, **params)))
+
+
+def poses(out):
+    return [e for e in out if isinstance(e, Pose) and e.source == "stripe-pose"]
+
+
+def values(out):
+    assert isinstance(out[-1], Summary)
+    assert out[-1].source == "fuse-poses"
+    return out[-1].values
+
+
+def codes(out):
+    return [e.code for e in out if isinstance(e, Notice)]
+
+
+def statuses(out):
+    return [p.info["status"] for p in poses(out)]
+
+
+def at(out):
+    return np.array([[p.position[0], p.position[1], 2 * math.atan2(*p.orientation[2:])] for p in poses(out)])
+
+
+def log(n=40, x=lambda t: 0.4 * t, mark=10, every=2):
+    """A robot that drives along x at 0.4 m/s and sees a mark in every second image, 10 messages a second."""
+    events = []
+    for k in range(n):
+        stamp, here = k * S // 10, np.array([x(0.1 * k), 0.0, 0.0])
+        events.append(odometry(stamp, (0.4 * 0.1 * k, 0.0, 0.0)))
+        seen = mark if callable(mark) else lambda _: mark
+        is_seen = k % every == 0
+        events.append(sighting(stamp, seen(0.1 * k), here) if is_seen else nothing_seen(stamp))
+    return events
+
+
+def changed(events, change):
+    """Change sightings of a mark by (number, event) -> events."""
+    n, made = 0, []
+    for event in events:
+        if isinstance(event, MarkSighting) and event.status == "ok":
+            made += change(n, event)
+            n += 1
+        else:
+            made.append(event)
+    return made
+
+
+@pytest.fixture
+def marks(tmp_path):
+    """Return the path of a map of two marks beside the way."""
+    return write_map([(0.0, 2.0, 0.0), (4.0, 2.0, 0.0)], tmp_path / "marks.yaml")
+
+
 @pytest.fixture(scope="session")
 def sim():
     """Return what tests build events with."""
     return SimpleNamespace(
         pose=pose, odometry=odometry, sighting=sighting, nothing_seen=nothing_seen, write_map=write_map, score=score,
-        then=then, seen_from=seen_from,
+        then=then, seen_from=seen_from, run=run, poses=poses, values=values, codes=codes, statuses=statuses, at=at,
+        log=log, changed=changed,
     )  # fmt: skip

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from logpose.formats.events import MarkSighting, Pose, Summary
+from logpose.formats.events import MarkSighting, Summary
 from logpose.pipelines.estimation.kalman import chi_square
 from logpose.pipelines.estimation.losses import SQUARES
 from logpose.pipelines.fuse import factors
@@ -21,14 +21,6 @@ S = 1_000_000_000
 
 def run(events, path, **params):
     return list(fuse_poses(iter(events), FuseParams(map=path, smooth=True, **params)))
-
-
-def poses(out):
-    return [e for e in out if isinstance(e, Pose) and e.source == "stripe-pose"]
-
-
-def at(out):
-    return np.array([[p.position[0], p.position[1], 2 * math.atan2(*p.orientation[2:])] for p in poses(out)])
 
 
 def told(out):
@@ -103,7 +95,7 @@ def test_a_false_start_pose_is_overruled_for_the_poses_before_it_was_found_out(r
     start = sim.pose(0, drive.truth[0] + (2.0, -1.0, 2.0), "initial_pose")
     out = run([start, *drive.events(has_start=False)], path)
     errors, nees, _ = sim.score(drive, out)
-    assert at(out) == pytest.approx(at(good), abs=1e-3)
+    assert sim.at(out) == pytest.approx(sim.at(good), abs=1e-3)
     assert np.hypot(*errors[:5, :2].T).max() < 0.05
     assert nees.max() < chi_square(0.99999, 3)
 
@@ -122,7 +114,7 @@ def test_false_sightings_are_left_out_and_the_others_kept(room, sim):
     assert n > 15
     assert told(out)["n_rejected"] == n
     assert rms(errors) < 1.3 * rms(clean)  # a fifth of the information is gone
-    assert all(p.info["n_matched"] <= p.info["n_seen"] for p in poses(out))
+    assert all(p.info["n_matched"] <= p.info["n_seen"] for p in sim.poses(out))
 
 
 def test_a_robot_that_was_carried_is_followed_on_both_sides(room, sim):
@@ -138,14 +130,14 @@ def test_a_robot_that_was_carried_is_followed_on_both_sides(room, sim):
         events.append(sim.odometry(stamp, here))
         events += [replace(e, stamp=stamp) for e in drive.seen.get(k, [])]
     out = run(events, path)
-    distance = np.array([math.hypot(*(truth[p.stamp][:2] - p.position[:2])) for p in poses(out)])
+    distance = np.array([math.hypot(*(truth[p.stamp][:2] - p.position[:2])) for p in sim.poses(out)])
     # when it was carried nobody knows: after the last mark before, and before the first one after
-    lost = np.array([p.info["status"] == "lost" for p in poses(out)])
+    lost = np.array([p.info["status"] == "lost" for p in sim.poses(out)])
     assert out[-1].values["begun_anew"] == 1
     assert told(out)["n_increments_rejected"] == 1
     assert distance[~lost].max() < 0.05
     assert 0 < lost.sum() < 0.3 * len(lost)
-    assert {p.covariance[0, 0] > 1.0 for p, is_lost in zip(poses(out), lost, strict=True) if is_lost} == {True}
+    assert {p.covariance[0, 0] > 1.0 for p, is_lost in zip(sim.poses(out), lost, strict=True) if is_lost} == {True}
 
 
 def test_a_mark_that_was_moved_does_not_bend_the_way(room, sim):
@@ -196,8 +188,8 @@ def test_one_image_is_smoothed_to_what_it_says(room, sim, tmp_path):
     for events in ([event], [sim.odometry(0, (0, 0, 0)), event]):
         out = run(events, marks)
         plain = list(fuse_poses(iter(events), FuseParams(map=marks)))
-        assert at(out) == pytest.approx(at(plain), abs=1e-9)
-        assert poses(out)[0].covariance == pytest.approx(poses(plain)[0].covariance, rel=1e-6, abs=1e-12)
+        assert sim.at(out) == pytest.approx(sim.at(plain), abs=1e-9)
+        assert sim.poses(out)[0].covariance == pytest.approx(sim.poses(plain)[0].covariance, rel=1e-6, abs=1e-12)
 
 
 def test_noise_of_zero_is_solved_too(room, sim):
@@ -206,7 +198,7 @@ def test_noise_of_zero_is_solved_too(room, sim):
     names += ["heading_per_sqrt_s", "scale_walk_per_sqrt_s", "bias_walk_rad_s_per_sqrt_s"]
     out = run(drive.events(), path, **dict.fromkeys(names, 0.0))
     assert told(out)["is_converged"]
-    assert all(np.linalg.eigvalsh(p.covariance)[0] > 0 for p in poses(out))
+    assert all(np.linalg.eigvalsh(p.covariance)[0] > 0 for p in sim.poses(out))
 
 
 def test_without_noise_and_with_a_true_map_the_truth_comes_out(room, sim):
