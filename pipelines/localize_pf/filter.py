@@ -153,38 +153,54 @@ class ParticleFilter:
         Returns:
             Answers (N,), and the logarithm of the sighting's density over that of clutter.
         """
-        cloud, eps = self.cloud, self.params.clutter
+        cloud = self.cloud
         H = sensitivity(z)
         PHt = cloud.P @ H.T
         S = H @ PHt + R
         seen = transform(cloud.poses, z - cloud.aux[:, SHIFT])
-        if known is None:
-            near = candidates(seen, self.landmarks, S)
-        else:
-            near = np.array([] if known == CLUTTER else [known], dtype=np.intp)
+        near = candidates(seen, self.landmarks, S) if known is None else _only(known)
         d = innovations(seen, cloud.poses[:, 2], self.landmarks[near])
-        log_p = np.empty((len(seen), len(near) + 1))
-        log_p[:, 0] = np.log(eps / self.params.clutter_area_m2)
-        log_p[:, 1:] = np.log1p(-eps) + log_density(d, S)
+        log_p = self._densities(d, S)
         options = np.concatenate([[CLUTTER], near])
         forbid_used(log_p, options, used)
 
-        log_l = log_sum_exp(log_p)
-        evidence = float(log_sum_exp(cloud.log_w + log_l))
-        cloud.log_w, _ = normalise(cloud.log_w + news * log_l)
+        evidence = self._weigh(log_p, news)
         answers = draw(log_p, options, self.rng)
-        column = np.searchsorted(near, answers)
-        taken = answers != CLUTTER
-        if taken.any():
-            rows = np.flatnonzero(taken)
-            K = np.linalg.solve(S, PHt.T).T
-            correction = d[rows, column[rows]] @ K.T
-            cloud.poses[rows] = compose(cloud.poses[rows], exp(correction[:, :3]))
-            cloud.aux[rows] += correction[:, 3:]
-            rho = float(np.exp(cloud.log_w[rows]).sum())
-            P = cloud.P - rho * (K @ PHt.T)
-            cloud.P = 0.5 * (P + P.T)
+        taken = np.flatnonzero(answers != CLUTTER)
+        if len(taken):
+            self._correct(taken, d[taken, np.searchsorted(near, answers)[taken]], PHt, S)
         return answers, evidence + float(np.log(self.params.clutter_area_m2))
+
+    def _densities(self, d: Array, S: Array) -> Array:
+        """Return the logarithms (N, L + 1) of what clutter and each landmark would give the sighting.
+
+        Args:
+            d: innovations (N, L, 2) [m].
+            S: their covariance (2, 2) [m^2].
+        """
+        eps = self.params.clutter
+        log_p = np.empty((d.shape[0], d.shape[1] + 1))
+        log_p[:, 0] = np.log(eps / self.params.clutter_area_m2)
+        log_p[:, 1:] = np.log1p(-eps) + log_density(d, S)
+        return log_p
+
+    def _weigh(self, log_p: Array, news: float) -> float:
+        """Multiply the weights by what particles gave the sighting, to the power of its news; return the evidence."""
+        log_l = log_sum_exp(log_p)
+        evidence = float(log_sum_exp(self.cloud.log_w + log_l))
+        self.cloud.log_w, _ = normalise(self.cloud.log_w + news * log_l)
+        return evidence
+
+    def _correct(self, rows: Indices, d: Array, PHt: Array, S: Array) -> None:
+        """Move the particles of these rows by their innovations (n, 2), and narrow what all share by their weight."""
+        cloud = self.cloud
+        K = np.linalg.solve(S, PHt.T).T
+        correction = d @ K.T
+        cloud.poses[rows] = compose(cloud.poses[rows], exp(correction[:, :3]))
+        cloud.aux[rows] += correction[:, 3:]
+        rho = float(np.exp(cloud.log_w[rows]).sum())
+        P = cloud.P - rho * (K @ PHt.T)
+        cloud.P = 0.5 * (P + P.T)
 
     def _resample(self, ess: float) -> bool:
         """Draw the cloud anew if few particles hold the weight; not while the robot stands."""
@@ -215,6 +231,11 @@ class ParticleFilter:
         centre = _median(xy, w)
         far = np.sum((xy - centre) ** 2, axis=1) > self.params.ambiguous_m**2
         return float(w[far].sum())
+
+
+def _only(known: int) -> Indices:
+    """Return the landmarks that a sighting may be which is known to be this one, or none of them."""
+    return np.array([] if known == CLUTTER else [known], dtype=np.intp)
 
 
 def _median(xy: Array, w: Array) -> Array:
