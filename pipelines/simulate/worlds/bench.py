@@ -126,8 +126,7 @@ class BenchWorld(World):
             np.array([right - left, 0.0, 0.0]),
             np.array([0.0, 0.0, -height]),
             Drawing(self.mark.shapes(-left, height / 2)),
-            None,
-            self.mark.dark,
+            radiance=self.mark.dark,
         )
         mark = self.mark.mark(self.mark_id, np.zeros(3))
         return Scene(
@@ -174,6 +173,6 @@ def _backdrop(bench: BenchParams, width: float) -> list[Patch]:
     corners = np.array([[-far, -far], [far, -far], [far, far], [-far, far]])
     down = np.array([0.0, 0.0, -4 * far])
     return [
-        Patch(np.append(left, 2 * far), np.append(right - left, 0.0), down, Drawing(), None, bench.backdrop)
+        Patch(np.append(left, 2 * far), np.append(right - left, 0.0), down, radiance=bench.backdrop)
         for right, left in zip(corners, np.roll(corners, -1, axis=0), strict=True)
     ]

@@ -37,16 +37,13 @@ class Thing:
     width: float
     rectangles: Rectangles
 
-    def shapes(self, left: float, floor: float, ceiling: float) -> list[Shape]:
-        """Return the drawing with its left end at ``left`` of a patch whose floor is at ``floor`` from above [m].
-
-        What would reach above ``ceiling`` [m] is cut off there.
-        """
+    def shapes(self, left: float, height: float) -> list[Shape]:
+        """Return the drawing with its left end at ``left`` of a wall of a height [m]; what is higher is cut off."""
         drawn = []
         for x0, x1, z0, z1, light in self.rectangles:
-            top = min(z1, ceiling)
+            top = min(z1, height)
             if top > z0:
-                middle = floor - (z0 + top) / 2
+                middle = height - (z0 + top) / 2
                 drawn.append(Shape(RECTANGLE, left + (x0 + x1) / 2, middle, x1 - x0, top - z0, light))
         return drawn
 

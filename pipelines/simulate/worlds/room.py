@@ -160,7 +160,7 @@ def _clutter(params: RoomParams, wall: Wall, rng: np.random.Generator) -> list[S
         for start in left.tolist():
             if wall.fits(start, start + thing.width, what.clearance_m):
                 wall.taken.append((start, start + thing.width))
-                shapes += thing.shapes(start, params.height_m, params.height_m)
+                shapes += thing.shapes(start, params.height_m)
                 break
     return shapes
 
@@ -194,8 +194,6 @@ def _block_patches(block: BlockParams) -> list[Patch]:
     for left, right, share in zip(corners, np.roll(corners, -1, axis=0), (1.0, 0.86, 1.0, 0.86), strict=True):
         # Counter-clockwise seen from above, so from outside a side runs from its left end to its right.
         side = np.append(right - left, 0.0)
-        sides.append(Patch(np.append(left, height), side, -up, Drawing(), None, share * block.radiance))
-    top = Patch(
-        np.append(corners[0], height), np.append(corners[3] - corners[0], 0.0), np.append(corners[1] - corners[0], 0.0)
-    )
-    return [*sides, replace(top, radiance=block.radiance)]
+        sides.append(Patch(np.append(left, height), side, -up, radiance=share * block.radiance))
+    side_u, side_v = np.append(corners[3] - corners[0], 0.0), np.append(corners[1] - corners[0], 0.0)
+    return [*sides, Patch(np.append(corners[0], height), side_u, side_v, radiance=block.radiance)]

@@ -35,9 +35,8 @@ def ceiling_patch(low: Array, high: Array, height: float, lamps: Array, pitch: f
     scale = min(1.0, 0.8 * pitch / LAMP_M[0]) if pitch > 0 else 1.0
     shapes = [Shape(RECTANGLE, x, y, scale * LAMP_M[0], LAMP_M[1], 3.0, turned) for x, y in lamps[:, :2] - low]
     drawing = Drawing(shapes, (), Bars(0.625, 0.024, 0.62))
-    return Patch(
-        np.append(low, height), np.array([size[0], 0.0, 0.0]), np.array([0.0, size[1], 0.0]), drawing, None, 0.55
-    )
+    side_u, side_v = np.array([size[0], 0.0, 0.0]), np.array([0.0, size[1], 0.0])
+    return Patch(np.append(low, height), side_u, side_v, drawing, radiance=0.55)
 
 
 def skirting(left: Array, right: Array) -> Patch:
@@ -46,7 +45,7 @@ def skirting(left: Array, right: Array) -> Patch:
     inward = np.array([along[1], -along[0]])
     high, thick = SKIRTING_M
     corner = np.append(left + thick * inward, high)
-    return Patch(corner, np.append(right - left, 0.0), np.array([0.0, 0.0, -high]), Drawing(), None, 0.2)
+    return Patch(corner, np.append(right - left, 0.0), np.array([0.0, 0.0, -high]), radiance=0.2)
 
 
 @lru_cache(maxsize=8)
