@@ -16,6 +16,9 @@ Array = npt.NDArray[np.float64]
 
 PHI, DX, DY, TILT, ROLL, DZ = range(6)
 
+MAX_STEPS = 15
+"""Gauss-Newton steps; three or four are usual."""
+
 
 @compiled(types.void(types.float64, types.float64, F64_2D, F64_2D, F64_2D))
 def turn(tilt: float, roll: float, Q: Array, by_tilt: Array, by_roll: Array) -> None:
@@ -134,13 +137,67 @@ def begin(lines: Array, ends: Array, tilt: float, roll: float, values: Array) ->
     return True
 
 
-@compiled(
-    types.boolean(F64_1D, F64_2D_IN, F64_2D_IN, F64_2D_IN, F64_1D_IN, types.int64, F64_2D, F64_1D, F64_1D)
-)  # fmt: skip
-def descend(  # noqa: C901, PLR0912, PLR0915  # sums, written out for speed
-    values: Array, lines: Array, ends: Array, cov: Array, attitude: Array, iterations: int, result: Array,
-    residual: Array, chi2: Array,
-) -> bool:  # fmt: skip
+@compiled(types.void(F64_1D, F64_2D_IN, F64_2D, F64_2D, F64_1D, F64_1D, F64_1D))
+def add_lines(
+    values: Array, lines: Array, weight: Array, normal: Array, right: Array, residual: Array, chi2: Array
+) -> None:
+    """Add places and slopes of lines to the normal equations; ``weight`` (n, n) is the information of the places."""
+    n = lines.shape[0]
+    X, z = np.ascontiguousarray(lines[:, 0]), np.ascontiguousarray(lines[:, 3])
+    place, slope, weighed = np.empty((n, 6)), np.empty((n, 6)), np.empty((n, 6))
+    line_model(values, X, z, place, slope)
+    for i in range(n):
+        residual[i] = lines[i, 1] - place[i, 0]
+    for i in range(n):  # weight times (residual, Jacobian)
+        for a in range(6):
+            total = 0.0
+            for j in range(n):
+                total += weight[i, j] * (residual[j] if a == 0 else place[j, a])
+            weighed[i, a] = total
+    for i in range(n):
+        chi2[0] += residual[i] * weighed[i, 0]
+        r, w = lines[i, 2] - slope[i, 0], 1.0 / lines[i, 4]
+        chi2[0] += r * r * w
+        for a in range(5):
+            right[a] += place[i, 1 + a] * weighed[i, 0] + slope[i, 1 + a] * r * w
+            for b in range(5):
+                normal[a, b] += place[i, 1 + a] * weighed[i, 1 + b] + slope[i, 1 + a] * slope[i, 1 + b] * w
+
+
+@compiled(types.void(F64_1D, F64_2D_IN, F64_2D, F64_1D, F64_1D))
+def add_ends(values: Array, ends: Array, normal: Array, right: Array, chi2: Array) -> None:
+    """Add heights of the ends of bars to the normal equations."""
+    k = ends.shape[0]
+    height = np.empty((k, 7))
+    end_model(values, np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1]), height)
+    for i in range(k):
+        r, w = ends[i, 3] - height[i, 0], 1.0 / ends[i, 4]
+        chi2[0] += r * r * w
+        for a in range(6):
+            right[a] += height[i, 1 + a] * r * w
+            for b in range(6):
+                normal[a, b] += height[i, 1 + a] * height[i, 1 + b] * w
+
+
+@compiled(types.void(F64_1D, F64_1D_IN, F64_2D, F64_1D, F64_1D))
+def add_attitude(values: Array, attitude: Array, normal: Array, right: Array, chi2: Array) -> None:
+    """Add what is known of tilt and roll to the normal equations."""
+    for j in range(2):
+        sd = attitude[2 + j]
+        if sd == 0.0:  # known exactly: no unknown
+            normal[TILT + j, :], normal[:, TILT + j] = 0.0, 0.0
+            normal[TILT + j, TILT + j], right[TILT + j] = 1.0, 0.0
+        elif sd < np.inf:
+            r = (attitude[j] - values[TILT + j]) / sd
+            chi2[0] += r * r
+            normal[TILT + j, TILT + j] += 1.0 / (sd * sd)
+            right[TILT + j] += r / sd
+
+
+@compiled(types.boolean(F64_1D, F64_2D_IN, F64_2D_IN, F64_2D_IN, F64_1D_IN, F64_2D, F64_1D, F64_1D))
+def descend(  # noqa: C901, PLR0912  # sums, written out for speed
+    values: Array, lines: Array, ends: Array, cov: Array, attitude: Array, result: Array, residual: Array, chi2: Array
+) -> bool:
     """Find the values of maximum likelihood by Gauss-Newton.
 
     Args:
@@ -149,7 +206,6 @@ def descend(  # noqa: C901, PLR0912, PLR0915  # sums, written out for speed
         ends: (k, 5) X [m], half [m], x, z [1], variance of z [1]; k may be 0.
         cov: (n, n) covariance of the places.
         attitude: (4,) tilt, roll, their standard deviations [rad]; 0 is exact, infinite is nothing known.
-        iterations: the most steps.
         result: (N, N) filled with the covariance of the values, 0 of those that are exact.
         residual: (n,) filled with the residuals of the places, measured minus model [1].
         chi2: (1,) filled with the sum of the squared normalised residuals.
@@ -157,55 +213,18 @@ def descend(  # noqa: C901, PLR0912, PLR0915  # sums, written out for speed
     Returns:
         Whether the lines fix a pose.
     """
-    n, N = lines.shape[0], values.size
-    X, z = np.ascontiguousarray(lines[:, 0]), np.ascontiguousarray(lines[:, 3])
-    place, slope = np.empty((n, 6)), np.empty((n, 6))
-    k = ends.shape[0]
-    X_end, half = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
-    height = np.empty((k, 7))
-    right, weighed = np.empty(N), np.empty((n, 6))
-    weight = np.linalg.inv(cov)
-    normal, scaled, scaled_right = np.empty((N, N)), np.empty((N, N)), np.empty(N)
-    for step_number in range(iterations + 1):
-        line_model(values, X, z, place, slope)
+    N = values.size
+    weight = np.ascontiguousarray(np.linalg.inv(cov))
+    normal, right = np.empty((N, N)), np.empty(N)
+    scaled, scaled_right = np.empty((N, N)), np.empty(N)
+    for step_number in range(MAX_STEPS + 1):
         normal[:, :] = 0.0
         right[:] = 0.0
         chi2[0] = 0.0
-        for i in range(n):
-            residual[i] = lines[i, 1] - place[i, 0]
-        for i in range(n):  # weight times (residual, Jacobian)
-            for a in range(6):
-                total = 0.0
-                for j in range(n):
-                    total += weight[i, j] * (residual[j] if a == 0 else place[j, a])
-                weighed[i, a] = total
-        for i in range(n):
-            chi2[0] += residual[i] * weighed[i, 0]
-            r, w = lines[i, 2] - slope[i, 0], 1.0 / lines[i, 4]
-            chi2[0] += r * r * w
-            for a in range(5):
-                right[a] += place[i, 1 + a] * weighed[i, 0] + slope[i, 1 + a] * r * w
-                for b in range(5):
-                    normal[a, b] += place[i, 1 + a] * weighed[i, 1 + b] + slope[i, 1 + a] * slope[i, 1 + b] * w
-        if k > 0:
-            end_model(values, X_end, half, height)
-            for i in range(k):
-                r, w = ends[i, 3] - height[i, 0], 1.0 / ends[i, 4]
-                chi2[0] += r * r * w
-                for a in range(6):
-                    right[a] += height[i, 1 + a] * r * w
-                    for b in range(6):
-                        normal[a, b] += height[i, 1 + a] * height[i, 1 + b] * w
-        for j in range(2):
-            sd = attitude[2 + j]
-            if sd == 0.0:  # known exactly: no unknown
-                normal[TILT + j, :], normal[:, TILT + j] = 0.0, 0.0
-                normal[TILT + j, TILT + j], right[TILT + j] = 1.0, 0.0
-            elif sd < np.inf:
-                r = (attitude[j] - values[TILT + j]) / sd
-                chi2[0] += r * r
-                normal[TILT + j, TILT + j] += 1.0 / (sd * sd)
-                right[TILT + j] += r / sd
+        add_lines(values, lines, weight, normal, right, residual, chi2)
+        if ends.shape[0] > 0:
+            add_ends(values, ends, normal, right, chi2)
+        add_attitude(values, attitude, normal, right, chi2)
         for a in range(N):
             if not normal[a, a] > 0.0:
                 return False
@@ -219,7 +238,7 @@ def descend(  # noqa: C901, PLR0912, PLR0915  # sums, written out for speed
                 return False
             largest = max(largest, abs(step[a]))
         # Steps are in units of standard deviations: a thousandth of one is not worth another.
-        if largest < 1e-3 or step_number == iterations:
+        if largest < 1e-3 or step_number == MAX_STEPS:
             break
         for a in range(N):
             values[a] += step[a] / math.sqrt(normal[a, a])

@@ -92,14 +92,13 @@ class Solution(NamedTuple):
     dof: int
 
 
-def solve(lines: Lines, attitude: Attitude, ends: Ends | None = None, *, iterations: int = 15) -> Solution:
+def solve(lines: Lines, attitude: Attitude, ends: Ends | None = None) -> Solution:
     """Find the pose of maximum likelihood.
 
     Args:
         lines: three or more.
         attitude: what is known of tilt and roll.
         ends: of the bars, if their height is known.
-        iterations: the most Gauss-Newton steps.
 
     Raises:
         ValueError: fewer than three lines, or lines that fix no pose.
@@ -126,7 +125,7 @@ def solve(lines: Lines, attitude: Attitude, ends: Ends | None = None, *, iterati
     values, cov, residuals, chi2 = np.empty(N), np.empty((N, N)), np.empty(n), np.empty(1)
     if not (
         begin(table, end_table, tilt, roll, values)
-        and descend(values, table, end_table, lines.cov, known, iterations, cov, residuals, chi2)
+        and descend(values, table, end_table, lines.cov, known, cov, residuals, chi2)
     ):
         raise ValueError("the lines fix no pose")
     n_exact = int(np.sum(known[2:] == 0.0))
