@@ -130,18 +130,16 @@ FLATTENING = 0.12
 FLATTENING_IN_PLANE = 0.008
 """The same in the plane: what a tilt of the robot of half a degree does to a circle at the corner of the image."""
 
-DEFAULT_GATES = Gates()
 _NO_TABLE = np.zeros((0, 0, 2), dtype=np.float32)
 
 
-def find_circles(grey: Bytes, search: Search, plane: Plane | None = None, gates: Gates | None = None) -> Circles:
+def find_circles(grey: Bytes, search: Search, plane: Plane | None = None) -> Circles:
     """Find the circles of an image.
 
     Args:
         grey: (H, W) uint8, any size, any memory layout; never written to.
         search: what to look for.
         plane: where the circles lie, for the size of this image; None fits ellipses in the image.
-        gates: when an outline is a circle.
 
     Returns:
         The circles; none in an image too small to hold one.
@@ -157,18 +155,17 @@ def find_circles(grey: Bytes, search: Search, plane: Plane | None = None, gates:
     if min(height, width) < 8:
         return _circles(np.empty((0, 24)), np.empty(0, dtype=bool), is_in_plane=plane is not None)
     grey = np.ascontiguousarray(grey)
-    gates = gates or DEFAULT_GATES
     if search.polarity != "both":
         is_dark = search.polarity == "dark"
-        rows = _find(grey, search, plane, gates, dark=is_dark)
+        rows = _find(grey, search, plane, dark=is_dark)
         return _circles(rows, np.full(len(rows), is_dark), is_in_plane=plane is not None)
-    bright, dark = (_find(grey, search, plane, gates, dark=is_dark) for is_dark in (False, True))
+    bright, dark = (_find(grey, search, plane, dark=is_dark) for is_dark in (False, True))
     rows = np.concatenate([bright, dark])
     order = np.argsort(rows[:, 1], kind="stable")
     return _circles(rows[order], order >= len(bright), is_in_plane=plane is not None)
 
 
-def _find(grey: Bytes, search: Search, plane: Plane | None, gates: Gates, *, dark: bool) -> Array:
+def _find(grey: Bytes, search: Search, plane: Plane | None, *, dark: bool) -> Array:
     from .method import find
 
     radii = (search.min_radius_px, search.max_radius_px)
@@ -177,12 +174,13 @@ def _find(grey: Bytes, search: Search, plane: Plane | None, gates: Gates, *, dar
     reach = max(4, round(1.4 * search.max_radius_px / scale))
     table, step = (_NO_TABLE, 1.0) if plane is None else (plane.table, plane.step)
     flattening = FLATTENING if plane is None else FLATTENING_IN_PLANE
-    numbers = _gate_numbers(gates, search.sigma_px, is_in_plane=plane is not None)
+    numbers = _gate_numbers(search.sigma_px, is_in_plane=plane is not None)
     return find(grey, dark, scale, reach, LEVELS, radii, table, step, flattening, numbers)
 
 
 @cache
-def _gate_numbers(gates: Gates, sigma_px: float, *, is_in_plane: bool) -> Array:
+def _gate_numbers(sigma_px: float, *, is_in_plane: bool) -> Array:
+    gates = Gates()
     aspect = gates.aspect_in_plane if is_in_plane else gates.aspect
     return np.array(
         [

@@ -11,14 +11,16 @@ from .sighting import View
 SHARE = (0.0125, 0.1)
 """Least and greatest radius that are looked for when nothing is known, as shares of the image's width."""
 
+TOLERANCE = 0.2
+"""Share by which the diameter of a lamp, or the height of the ceiling, may be wrong."""
 
-def expected_radii(view: View, diameter_m: float, tolerance: float = 0.2) -> tuple[float, float]:
+
+def expected_radii(view: View, diameter_m: float) -> tuple[float, float]:
     """Return the least and greatest mean radius of a lamp anywhere in the image [px].
 
     Args:
         view: camera, mount and ceiling.
         diameter_m: of the lamp.
-        tolerance: share by which the diameter, or the height, may be wrong.
 
     Raises:
         ValueError: the camera sees no ceiling.
@@ -32,7 +34,7 @@ def expected_radii(view: View, diameter_m: float, tolerance: float = 0.2) -> tup
     radii = radii[np.isfinite(radii)]
     if len(radii) == 0:
         raise ValueError("the camera does not look at the ceiling; its mount or calibration is wrong")
-    return float(radii.min() * (1.0 - tolerance)), float(radii.max() * (1.0 + tolerance))
+    return float(radii.min() * (1.0 - TOLERANCE)), float(radii.max() * (1.0 + TOLERANCE))
 
 
 def default_radii(width: int) -> tuple[float, float]:

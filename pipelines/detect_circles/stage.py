@@ -29,6 +29,7 @@ from .sighting import View
 NAME = "detect-circles"
 Mask: TypeAlias = npt.NDArray[np.bool_]
 ALL = slice(None)
+_camera_file = lru_cache(maxsize=8)(read_calibration)
 LEVEL_M = 0.05
 """Landmarks whose heights differ by less lie on one ceiling [m]."""
 
@@ -198,11 +199,6 @@ def _ceiling_m(params: DetectCirclesParams) -> float:
         f"{NAME}: the height of the ceiling is not known. Pass it with --ceiling M (above base_link), "
         "or a landmark map with --map FILE."
     )
-
-
-@lru_cache(maxsize=8)
-def _camera_file(path: str) -> Calibration:
-    return read_calibration(path)
 
 
 def _mount_key(mount: Mount | None) -> tuple[tuple[float, ...], tuple[float, ...]] | None:

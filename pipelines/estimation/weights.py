@@ -30,13 +30,13 @@ def normalise(log_w: Array) -> tuple[Array, float]:
     return log_w - log_sum, log_sum
 
 
-def log_sum_exp(log_values: Array, axis: int = -1) -> Array:
-    """Return log(sum(exp(x))) along an axis without overflow; -inf where all are -inf."""
-    top = np.max(log_values, axis=axis, keepdims=True)
+def log_sum_exp(log_values: Array) -> Array:
+    """Return log(sum(exp(x))) (...) along the last axis (..., N) without overflow; -inf where all are -inf."""
+    top = np.max(log_values, axis=-1, keepdims=True)
     top = np.where(np.isfinite(top), top, 0.0)
     with np.errstate(divide="ignore"):
-        summed = np.log(np.sum(np.exp(log_values - top), axis=axis))
-    return np.asarray(summed + np.squeeze(top, axis=axis))
+        summed = np.log(np.sum(np.exp(log_values - top), axis=-1))
+    return np.asarray(summed + np.squeeze(top, axis=-1))
 
 
 def effective_sample_size(log_w: Array) -> float:

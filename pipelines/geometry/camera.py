@@ -24,6 +24,9 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _COEFFICIENTS = {"plumb_bob": (0, 4, 5), "rational_polynomial": (0, 8), "equidistant": (0, 4)}
 
+_MOST_STEPS = 30
+"""Newton steps of the inverse; four are usual."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -96,24 +99,19 @@ class Camera:
         """Return d(x', y')/d(x, y) (..., 2, 2) of ``distort``."""
         return self._forward(np.asarray(xy, dtype=np.float64))[1]
 
-    def undistort(self, xy: Array, *, iterations: int = 30) -> Array:
-        """Invert ``distort``: (..., 2) -> (..., 2), exact to rounding; nan where no direction leads there.
-
-        Args:
-            xy: distorted normalised coordinates (..., 2).
-            iterations: the most Newton steps; four are usual.
-        """
+    def undistort(self, xy: Array) -> Array:
+        """Map distorted coordinates (..., 2) to ideal ones, exact to rounding; nan where no direction leads there."""
         target = np.asarray(xy, dtype=np.float64)
         if self.is_pinhole:
             return target.copy()
         if self.model == "equidistant":
-            return self._undistort_equidistant(target, iterations)
+            return self._undistort_equidistant(target)
         # The distorted point is near enough to start from; far outside, start at the edge of the valid disc.
         radius = np.sqrt((target**2).sum(-1, keepdims=True))
         edge = np.sqrt(self._limit)
         guess = target * np.minimum(1.0, 0.99 * edge / np.maximum(radius, 1e-300))
         with np.errstate(all="ignore"):
-            for _ in range(iterations):
+            for _ in range(_MOST_STEPS):
                 value, jacobian = self._forward(guess)
                 step = _solve(jacobian, value - target)
                 length = np.sqrt((step**2).sum(-1, keepdims=True))
@@ -188,13 +186,13 @@ class Camera:
         far = (slope / (1 + s) - d / safe) / (2 * safe * safe)
         return g, np.where(is_near, (k1 - 1 / 3) + 2 * (0.2 - k1 + k2) * s, far)
 
-    def _undistort_equidistant(self, target: Array, iterations: int) -> Array:
+    def _undistort_equidistant(self, target: Array) -> Array:
         """Solve d(t) = |x'| for the angle t from the axis, then put it back on the ray of x'."""
         k1, k2, k3, k4 = (*self.distortion, *(0.0,) * 4)[:4]
         length = np.sqrt((target**2).sum(-1, keepdims=True))
         edge = np.arctan(np.sqrt(self._limit))
         t = np.minimum(length, edge)
-        for _ in range(iterations):
+        for _ in range(_MOST_STEPS):
             t2 = t * t
             d = t * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
             slope = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
