@@ -1,4 +1,4 @@
-"""Gaussians: moments of a weighted cloud of planar poses, sampling, exact splitting, and consistency."""
+"""Gaussians: moments of a weighted cloud of planar poses, sampling, and exact splitting."""
 
 import math
 from typing import TypeAlias
@@ -84,8 +84,3 @@ def log_density(d: Array, S: Array) -> Array:
     det = a * c - b * b
     square = (c * d[..., 0] ** 2 - 2.0 * b * d[..., 0] * d[..., 1] + a * d[..., 1] ** 2) / det
     return np.asarray(-0.5 * (square + np.log(det)) - LOG_2PI)
-
-
-def nees(error: Array, cov: Array) -> float:
-    """Return error^T cov^-1 error, the normalised squared error; its mean is len(error) for an honest filter."""
-    return float(error @ np.linalg.solve(cov, error))

@@ -77,12 +77,8 @@ class Camera:
         xy = self.undistort((uv - (self.cx, self.cy)) / (self.fx, self.fy))
         return np.concatenate([xy, np.ones_like(xy[..., :1])], axis=-1)
 
-    def unproject_jacobian(self, uv: Array) -> Array:
-        """Return d(x, y)/d(u, v) (..., 2, 2) of ``unproject`` [1/px]."""
-        return self.unproject_with_jacobian(uv)[1]
-
     def unproject_with_jacobian(self, uv: Array) -> tuple[Array, Array]:
-        """Return ``unproject`` (..., 3) and ``unproject_jacobian`` (..., 2, 2) for the price of one."""
+        """Return ``unproject`` (..., 3) and its derivative d(x, y)/d(u, v) (..., 2, 2) [1/px]."""
         directions = self.unproject(uv)
         forward = self.distort_jacobian(directions[..., :2]) * np.array([[self.fx], [self.fy]])
         return directions, _inverse(forward)

@@ -99,26 +99,6 @@ def plane_distance(pose: Array) -> Array:
     return np.asarray(pose[..., 2] * np.cos(pose[..., 0]) - pose[..., 1] * np.sin(pose[..., 0]))
 
 
-def refine(pose: Array, X: Array, u: Array, weight: Array | None = None, *, iterations: int = 10) -> Array:
-    """Improve a pose to the one of maximum likelihood, by Gauss-Newton on eq. (1).
-
-    Args:
-        pose: (3,) a start, as ``level_pose`` gives it.
-        X: (n,) abscissae [m].
-        u: (n,) bearings.
-        weight: (n,) inverse variances of the bearings up to a factor; equal if None.
-        iterations: the most steps; two suffice.
-    """
-    root = np.ones(len(X)) if weight is None else np.sqrt(weight)
-    for _ in range(iterations):
-        residual = root * (u - bearings(pose, X))
-        step = np.linalg.lstsq(root[:, None] * bearing_jacobian(pose, X), residual, rcond=None)[0]
-        pose = pose + step
-        if np.abs(step[0]) < 1e-14 and np.all(np.abs(step[1:]) < 1e-14 * pose[2]):
-            break
-    return pose
-
-
 def pose_covariance(pose: Array, X: Array, sigma_u: float | Array) -> Array:
     """Return the covariance (3, 3) of a pose whose bearings have independent errors: the Cramer-Rao bound.
 

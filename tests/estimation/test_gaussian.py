@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.estimation.gaussian import (
+    LOST,
     largest_variance,
     log_density,
-    nees,
+    pose_covariance,
     pose_moments,
     sample,
     split,
@@ -68,5 +69,6 @@ def test_largest_variance_is_the_eigenvalue():
     assert largest_variance(S) == pytest.approx(np.linalg.eigvalsh(S)[-1])
 
 
-def test_nees_of_one_sigma_in_each_direction():
-    assert nees(np.array([1.0, 2.0]), np.diag([1.0, 4.0])) == pytest.approx(2.0)
+def test_the_covariance_of_a_lost_pose_is_a_metre_and_half_a_radian():
+    assert np.array_equal(np.diag([1.0, 1.0, 0.25]), LOST)
+    assert pose_covariance(0.1, 0.2) == pytest.approx(np.diag([0.01, 0.01, 0.04]))
