@@ -106,21 +106,20 @@ def measure(scene: Scene, mark: StripeMark, row: int, columns: Array, *, reach: 
     at, slopes = _in_image(scene, lines, middle)
     gap_px = float(np.min(np.diff(at))) if len(at) > 1 else 0.0
     error = misfit(table, lines.X) * scene.eye.camera.fx if len(members) >= 3 else np.inf
-    rows, strengths = np.stack([first, last], axis=1), by[STRENGTH]
     return Measured(
-        members,
-        lines,
-        None,
-        at,
-        slopes,
-        middle,
-        rows,
-        strengths,
-        found,
-        gap_px,
-        error,
-        taps,
-        gap_px < scene.search.blend_px,
+        members=members,
+        lines=lines,
+        ends=None,
+        columns=at,
+        slopes=slopes,
+        middle=middle,
+        rows=np.stack([first, last], axis=1),
+        strengths=by[STRENGTH],
+        found=found,
+        gap_px=gap_px,
+        misfit_px=error,
+        taps=taps,
+        is_blended=gap_px < scene.search.blend_px,
     )
 
 

@@ -11,10 +11,9 @@ from numba import types
 
 from ..engine.compiled import F64_1D, F64_1D_IN, F64_2D, F64_2D_IN, compiled
 from .matching import fitted
+from .solve import DX, DY, DZ, PHI, ROLL, TILT
 
 Array = npt.NDArray[np.float64]
-
-PHI, DX, DY, TILT, ROLL, DZ = range(6)
 
 MAX_STEPS = 15
 """Gauss-Newton steps; three or four are usual."""

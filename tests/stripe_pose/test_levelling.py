@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from logpose.pipelines.geometry.mount import AHEAD, OPTICAL, pan_tilt_roll, robot_tilt
+from logpose.pipelines.geometry.mount import OPTICAL, pan_tilt_roll, robot_tilt
 from logpose.pipelines.stripe_pose.attitude import Stated, Turned, expected, looking_of
 from logpose.pipelines.stripe_pose.levelling import leaning_pose, level_bearings, levelling_matrix, line_of_bearing
 from logpose.pipelines.stripe_pose.pose import level_pose
@@ -78,9 +78,10 @@ def looking(mount, tilted, turned=None, stated=None):
     return looking_of(mount, tilted, turned or Turned(), stated or Stated())
 
 
-def test_a_camera_that_looks_ahead_is_level():
-    assert pan_tilt_roll(AHEAD) == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
-    assert looking(None, None).tilt_known == "not"
+def test_a_camera_looks_ahead_where_nothing_is_known():
+    nothing = looking(None, None)
+    assert (nothing.pan, nothing.tilt, nothing.roll) == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
+    assert nothing.tilt_known == "not"
 
 
 def test_a_robot_that_pitches_up_tilts_a_camera_that_looks_ahead_and_rolls_one_that_looks_left():
