@@ -5,7 +5,6 @@ This is the one table of them, for all systems: a picture for which a run has no
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import groupby
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
@@ -18,6 +17,7 @@ from .marks_images import draw_images, images_caption
 from .marks_series import by_distance_caption, draw_by_distance, draw_strip, strip_caption
 from .pictures import draw_map, draw_passes, draw_support, support_counts
 from .series import draw_errors, draw_histogram, draw_sightings
+from .timeline import runs
 from .track import DEAD_RECKON
 from .verdict import aligned_by
 
@@ -73,7 +73,7 @@ def _support(findings: Findings) -> str:
         )
     if counts is None:
         return ""
-    longest = longest_run(counts == 0)
+    longest = _longest(counts == 0)
     text = (
         f"With two or more landmarks {word}, the pose follows from the image; with one it is only partly fixed; "
         "with none it is carried by odometry alone. Errors are to be expected at the end of long coloured stretches."
@@ -93,7 +93,7 @@ def _sightings(findings: Findings) -> str:
     words = "Where the thin line falls below the broad one, sightings were refused or belong to nothing in the map."
     if seen is None or len(seen.n) == 0:
         return words
-    longest = longest_run(seen.n == 0)
+    longest = _longest(seen.n == 0)
     return words + (f" The longest stretch without any has {longest} images." if longest else "")
 
 
@@ -127,9 +127,9 @@ def _errors(findings: Findings) -> str:
     )
 
 
-def longest_run(is_in: "np.ndarray[tuple[int], np.dtype[np.bool_]]") -> int:
+def _longest(is_in: "np.ndarray[tuple[int], np.dtype[np.bool_]]") -> int:
     """Return the length of the longest unbroken run of true values."""
-    return max((sum(1 for _ in run) for value, run in groupby(is_in.tolist()) if value), default=0)
+    return max((last - first + 1 for first, last in runs(is_in)), default=0)
 
 
 def draw_picture(findings: Findings, name: PictureName, fmt: Literal["png", "svg"]) -> bytes:

@@ -71,6 +71,11 @@ class Findings:
         return max((int(part.stamps[-1]) for part in self.timed), default=0)
 
     @property
+    def time_unit(self) -> tuple[str, float]:
+        """Unit of the time axes, and how many ns it has."""
+        return ("min", 60e9) if self.end - self.start > 3600e9 else ("s", 1e9)
+
+    @property
     def evaluation(self) -> Mapping[str, object]:
         """What an evaluation against the truth found; empty when there was none."""
         return next((self.results[name] for name in ("evaluation", "evaluate") if name in self.results), {})

@@ -6,7 +6,7 @@ from .deviation import deviation
 from .drawing import LIGHT, drawing, new_figure, to_png, to_svg_file
 from .findings import Findings
 from .pictures import fill_map, frame_map, view_of
-from .series import draw_distances, time_unit
+from .series import draw_distances
 
 WIDTH_IN, HEIGHT_IN = 10.0, 3.9
 
@@ -37,7 +37,7 @@ def draw_headline(findings: Findings, fmt: Literal["png", "svg"] = "png") -> byt
         if has_errors:
             right = figure.add_subplot(grid[0, 1])
             draw_distances(right, findings, told, n=100)
-            right.set_xlabel(f"time since the start [{time_unit(findings)[0]}]")
+            right.set_xlabel(f"time since the start [{findings.time_unit[0]}]")
             right.set_title("distance from the truth [m]", loc="left")
         handles, labels = axes.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper left", ncols=4, borderaxespad=0.2, columnspacing=1.6)

@@ -6,7 +6,7 @@ assumed to be known (``unverified``). About 300 bytes are kept per sighting.
 """
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ...formats.events import NO_ID, Array, Event, Image, MarkSighting
 from ...formats.products import MarkMap, StripeMark
 from .snapshots import Snapshot, SnapshotKeeper, residual_of
+from .timeline import runs
 from .track import Stamps, Track
 
 OK, UNVERIFIED = "ok", "unverified"
@@ -197,13 +198,6 @@ def ids_of(findings: MarkFindings) -> list[int]:
     """Return all ids there are, of the map and of the sightings, in order."""
     known = () if findings.marks is None else findings.marks.marks
     return sorted({mark.id for mark in known} | set(findings.mark[findings.mark != NO_ID].tolist()))
-
-
-def runs(is_in: Mask) -> Iterator[tuple[int, int]]:
-    """Yield first and last index of each unbroken run of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_in, [False]]).astype(np.int8)))
-    for start, end in edges.reshape(-1, 2).tolist():
-        yield start, end - 1
 
 
 def bridged(marks: MarkFindings, track: Track | None) -> list[tuple[int, int]]:

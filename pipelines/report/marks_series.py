@@ -11,9 +11,9 @@ from ...formats.events import NO_ID, Array
 from .deviation import deviation
 from .drawing import LIGHT, legend_above, logarithmic, new_figure
 from .findings import Findings
-from .marks import MarkFindings, Mask, bridged, ids_of, longest_bridged_s, runs
+from .marks import MarkFindings, Mask, bridged, ids_of, longest_bridged_s
 from .marks_map import DOTS, evenly, share_words
-from .series import EXTREMES, extremes, time_unit
+from .timeline import EXTREMES, extremes, runs
 from .track import Stamps, Track
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def draw_strip(findings: Findings) -> "Figure | None":
     marks = findings.marks
     if marks is None or len(marks.images) < 2:
         return None
-    unit, per = time_unit(findings)
+    unit, per = findings.time_unit
     rows = _rows(marks, findings.primary)
     has_pose = bool(np.isfinite(marks.pose).all(axis=1).any())
     heights = [0.30 * len(rows) + 0.25, 0.95, 0.95, 0.95] if has_pose else [0.30 * len(rows) + 0.25]

@@ -15,6 +15,7 @@ from ...formats.events import Array
 from .drawing import LIGHT, WIDTH_IN, legend_above, new_figure
 from .findings import Findings
 from .marks_map import draw_marks, draw_single_images, mark_places
+from .timeline import runs
 from .track import DEAD_RECKON, Track, Waypoint, longest_step
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def draw_support(findings: Findings) -> "Figure | None":
     for is_in, role, width, words in classes:
         found = int(is_in.sum())
         label = f"{words}: {found} poses ({100 * found / poses:.1f} %)"
-        pieces = _runs(track.xy, is_in)
+        pieces = _pieces(track.xy, is_in)
         x, y = pieces.T if len(pieces) else ([], [])
         axes.plot(x, y, color=LIGHT[role], linewidth=width, label=label, zorder=3 + width / 10, solid_capstyle="butt")
     _ends(axes, track)
@@ -314,9 +315,8 @@ def _reach(points: Sequence[Waypoint]) -> float:
     return next((reach for reach in (0.15, 0.3, 0.6, 1.5, 3.0, 6.0, 15.0) if largest <= 0.7 * reach), 1.5 * largest)
 
 
-def _runs(xy: Array, is_in: npt.NDArray[np.bool_]) -> Array:
+def _pieces(xy: Array, is_in: npt.NDArray[np.bool_]) -> Array:
     """Return the pieces of a path that lie in a class, each up to the next pose, with nan between them: (M, 2)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_in, [False]]).astype(np.int8)))
     gap = np.full((1, 2), np.nan)
-    pieces = [part for start, end in edges.reshape(-1, 2) for part in (xy[start : end + 1], gap)]
+    pieces = [part for first, last in runs(is_in) for part in (xy[first : last + 2], gap)]
     return np.concatenate(pieces) if pieces else np.empty((0, 2))

@@ -4,28 +4,21 @@ Called inside ``drawing()``; each returns None when there is nothing to draw. Lo
 range of a few hundred equal stretches of time, short ones as they are; nothing else is thinned.
 """
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from ...formats.events import Array
 from .deviation import Deviation, deviation
 from .drawing import LIGHT, legend_above, logarithmic, new_figure
 from .findings import Findings
 from .pictures import line_styles
+from .timeline import EXTREMES, STRETCHES, extremes, stretches, with_pauses
 from .track import Counts, longest_step
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-STRETCHES = 240
-"""Longer series are summed up in this many stretches of time."""
-
-EXTREMES = 500
-"""Longer lines of errors are drawn through the extremes of this many stretches of time."""
 
 LARGEST_BIN = 15
 """The last bar of the histogram holds this number and all above."""
@@ -43,7 +36,7 @@ def draw_sightings(findings: Findings) -> "Figure | None":
 
     figure = new_figure(2.6)
     axes = figure.add_subplot()
-    unit, per = time_unit(findings)
+    unit, per = findings.time_unit
     top = 1.0
     if seen is not None and len(seen.n):
         t, n = (seen.stamps - findings.start) / per, seen.n.astype(np.float64)
@@ -107,7 +100,7 @@ def draw_errors(findings: Findings) -> "Figure | None":
     told = {source: deviation(estimate, truth) for source, estimate in findings.estimates.items()}
     if not told[track.source].is_known:
         return None
-    unit, per = time_unit(findings)
+    unit, per = findings.time_unit
     figure = new_figure(7.2)
     rows = figure.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1, 1])
     draw_distances(rows[0], findings, told)
@@ -125,65 +118,6 @@ def draw_errors(findings: Findings) -> "Figure | None":
     figure.align_ylabels(rows)
     legend_above(figure, rows[0])
     return figure
-
-
-def time_unit(findings: Findings) -> tuple[str, float]:
-    """Choose the unit of the time axis, and how many ns it has."""
-    return ("min", 60e9) if findings.end - findings.start > 3600e9 else ("s", 1e9)
-
-
-def stretches(t: Array, values: Array, n: int = STRETCHES) -> tuple[Array, Array, Array, Array]:
-    """Sum up a series in n equal stretches of time: middles, means, least and largest values.
-
-    Empty stretches are left out.
-
-    Args:
-        t: (N,) non-decreasing times; N >= 1.
-        values: (N,) finite.
-        n: stretches over the whole time.
-    """
-    span = max(float(t[-1] - t[0]), 1e-12)
-    index = np.minimum(((t - t[0]) / span * n).astype(np.int64), n - 1)
-    starts = np.flatnonzero(np.diff(index, prepend=-1))
-    sizes = np.diff(np.append(starts, len(t)))
-    middle = t[0] + (index[starts] + 0.5) * span / n
-    mean = np.add.reduceat(values, starts) / sizes
-    return middle, mean, np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
-
-
-def extremes(t: Array, values: Array, n: int = EXTREMES) -> npt.NDArray[np.int64]:
-    """Choose what is drawn of a long series: the least and the largest value of each of n stretches of time, in order.
-
-    A line through them looks like the line through all; nan is kept only where a whole stretch is nan.
-    """
-    if len(t) <= 2 * n:
-        return np.arange(len(t))
-    span = max(float(t[-1] - t[0]), 1e-12)
-    index = np.minimum(((t - t[0]) / span * n).astype(np.int64), n - 1)
-    starts = np.flatnonzero(np.diff(index, prepend=-1))
-    chosen: set[int] = set()
-    for start, end in pairwise([*starts.tolist(), len(t)]):
-        part = values[start:end]
-        if np.isnan(part).all():
-            chosen.add(start)
-        else:
-            chosen |= {start + int(np.nanargmin(part)), start + int(np.nanargmax(part))}
-    return np.array(sorted(chosen), dtype=np.int64)
-
-
-def with_pauses(t: Array, longest: float, *values: Array) -> tuple[Array, ...]:
-    """Put nan between values that are farther apart in time than a line may be drawn.
-
-    Args:
-        t: (N,) non-decreasing times.
-        longest: time that a line may bridge.
-        values: (N,) each.
-
-    Returns:
-        The times and all values, longer by the number of pauses.
-    """
-    at = np.flatnonzero(np.diff(t) > longest) + 1
-    return (np.insert(t, at, t[at - 1]), *(np.insert(value, at, np.nan) for value in values))
 
 
 def _label(word: str, counts: Counts) -> str:
@@ -211,7 +145,7 @@ def draw_distances(axes: "Axes", findings: Findings, told: dict[str, Deviation],
 
     Long series as the mean of each of n stretches of time, with the range in it pale behind.
     """
-    styles, per = line_styles(findings), time_unit(findings)[1]
+    styles, per = line_styles(findings), findings.time_unit[1]
     for source, error in told.items():
         if not error.is_known:
             continue

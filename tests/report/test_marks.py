@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from logpose.pipelines.report.marks import MarkKeeper, bridged, ids_of, longest_bridged_s, runs
+from logpose.pipelines.report.marks import MarkKeeper, bridged, ids_of, longest_bridged_s
 
 SECOND = 1_000_000_000
 
@@ -76,11 +76,6 @@ def test_sightings_of_another_source_are_left_out(keep, seen):
 def test_ids_are_those_of_the_map_and_those_that_were_seen(keep, seen, marked):
     assert ids_of(keep([seen(1.0), seen(2.0, "no_mark")])) == [1]
     assert ids_of(keep([seen(1.0)], marked.room())) == [1, 2, 3, 4, 7]
-
-
-def test_runs_of_true_values_have_a_first_and_a_last():
-    assert list(runs(np.array([True, True, False, True]))) == [(0, 1), (3, 3)]
-    assert list(runs(np.zeros(3, dtype=bool))) == []
 
 
 def track_of(collect, marked, seconds, source="stripe-pose"):

@@ -7,10 +7,6 @@ from logpose.pipelines.report.series import (
     draw_errors,
     draw_histogram,
     draw_sightings,
-    extremes,
-    stretches,
-    time_unit,
-    with_pauses,
 )
 
 
@@ -55,40 +51,9 @@ def test_without_truth_there_is_no_picture_of_errors(collect, odd_runs):
         assert draw_errors(collect(odd_runs["truth of another day"])) is None
 
 
-def test_stretches_keep_mean_and_range():
-    t, values = np.arange(1000.0), np.arange(1000.0) % 10
-    middle, mean, low, high = stretches(t, values, 10)
-    assert len(middle) == 10
-    assert mean == pytest.approx(np.full(10, 4.5), abs=0.1)
-    assert (low.tolist(), high.tolist()) == ([0.0] * 10, [9.0] * 10)
-
-
-def test_extremes_lose_no_peak():
-    rng = np.random.default_rng(1)
-    values = rng.normal(size=100_000)
-    chosen = extremes(np.arange(100_000.0), values, 200)
-    assert len(chosen) <= 400
-    assert (np.diff(chosen) > 0).all()
-    assert (values[chosen].max(), values[chosen].min()) == (values.max(), values.min())
-
-
-def test_extremes_keep_gaps():
-    values = np.full(10_000, np.nan)
-    values[:2000] = 1.0
-    chosen = extremes(np.arange(10_000.0), values, 100)
-    assert np.isnan(values[chosen]).any()
-    assert np.isfinite(values[chosen]).any()
-
-
 def test_long_logs_have_a_time_axis_in_minutes(collect, make):
     long = collect([make.pose(0, 0.0, 0.0, 0.0), make.pose(3601 * 10**9, 1.0, 0.0, 0.0)])
-    assert time_unit(long) == ("min", 60e9)
-
-
-def test_a_line_ends_before_a_pause_and_begins_after_it():
-    t, values = with_pauses(np.array([0.0, 1.0, 9.0, 10.0]), 2.0, np.array([1.0, 2.0, 3.0, 4.0]))
-    assert t.tolist() == [0.0, 1.0, 1.0, 9.0, 10.0]
-    assert np.isnan(values).tolist() == [False, False, True, False, False]
+    assert long.time_unit == ("min", 60e9)
 
 
 def test_errors_are_not_drawn_where_nothing_was_estimated(collect, make):
