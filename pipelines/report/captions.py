@@ -7,17 +7,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-import numpy as np
-
 from .deviation import deviation
 from .drawing import LIGHT, drawing, to_png, to_svg_file
+from .errors import draw_errors
 from .findings import Findings
 from .headline import draw_headline
-from .marks_images import draw_images, images_caption
-from .marks_series import by_distance_caption, draw_by_distance, draw_strip, strip_caption
+from .landmarks.pictures import draw_histogram, draw_sightings, histogram_caption, sightings_caption
+from .marks.images import draw_images, images_caption
+from .marks.series import by_distance_caption, draw_by_distance, draw_strip, strip_caption
 from .pictures import draw_map, draw_passes, draw_support, support_counts
-from .series import draw_errors, draw_histogram, draw_sightings
-from .timeline import runs
+from .timeline import longest_run
 from .track import DEAD_RECKON
 from .verdict import aligned_by
 
@@ -73,7 +72,7 @@ def _support(findings: Findings) -> str:
         )
     if counts is None:
         return ""
-    longest = _longest(counts == 0)
+    longest = longest_run(counts == 0)
     text = (
         f"With two or more landmarks {word}, the pose follows from the image; with one it is only partly fixed; "
         "with none it is carried by odometry alone. Errors are to be expected at the end of long coloured stretches."
@@ -85,26 +84,6 @@ def _passes(_: Findings) -> str:
     return (
         "All squares have the same scale, in metres of the map. "
         "The red line leads from the way point to the estimate at its pass: the error in the table."
-    )
-
-
-def _sightings(findings: Findings) -> str:
-    seen = findings.seen
-    words = "Where the thin line falls below the broad one, sightings were refused or belong to nothing in the map."
-    if seen is None or len(seen.n) == 0:
-        return words
-    longest = _longest(seen.n == 0)
-    return words + (f" The longest stretch without any has {longest} images." if longest else "")
-
-
-def _histogram(findings: Findings) -> str:
-    seen = findings.seen
-    if seen is None or len(seen.n) == 0:
-        return "How many landmarks the poses rest on."
-    few, n = int((seen.n < 2).sum()), len(seen.n)
-    return (
-        f"{few} of {n} images ({100 * few / n:.1f} %) show fewer than two landmarks; "
-        f"on average {seen.n.mean():.2f} are seen."
     )
 
 
@@ -125,11 +104,6 @@ def _errors(findings: Findings) -> str:
         f" The band is three standard deviations as the estimator claims them: {100 * share:.1f} % of the poses lie "
         "inside it in x, y and heading at once (99.2 % would, were the claim exact and the three independent)."
     )
-
-
-def _longest(is_in: "np.ndarray[tuple[int], np.dtype[np.bool_]]") -> int:
-    """Return the length of the longest unbroken run of true values."""
-    return max((last - first + 1 for first, last in runs(is_in)), default=0)
 
 
 def draw_picture(findings: Findings, name: PictureName, fmt: Literal["png", "svg"]) -> bytes:
@@ -156,6 +130,6 @@ PICTURES = (
     Picture("errors", "Error over time", draw_errors, _errors),
     Picture("distance", "Error of single images over distance", draw_by_distance, by_distance_caption),
     Picture("passes", "Way points, close up", draw_passes, _passes),
-    Picture("sightings", "Landmarks seen and matched over time", draw_sightings, _sightings),
-    Picture("histogram", "Landmarks per image", draw_histogram, _histogram),
+    Picture("sightings", "Landmarks seen and matched over time", draw_sightings, sightings_caption),
+    Picture("histogram", "Landmarks per image", draw_histogram, histogram_caption),
 )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from ...formats.events import Notice
 from ...formats.products import LandmarkMap
-from .marks import MarkFindings
+from .marks.kept import MarkFindings
 from .track import Counts, Track, Waypoint, primary_of
 
 

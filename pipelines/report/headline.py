@@ -4,9 +4,9 @@ from typing import Literal
 
 from .deviation import deviation
 from .drawing import LIGHT, drawing, new_figure, to_png, to_svg_file
+from .errors import draw_distances
 from .findings import Findings
 from .pictures import fill_map, frame_map, view_of
-from .series import draw_distances
 
 WIDTH_IN, HEIGHT_IN = 10.0, 3.9
 

@@ -12,7 +12,7 @@ from ... import __version__
 from .captions import PICTURES
 from .drawing import DARK, LIGHT, drawing, to_svg
 from .findings import Findings
-from .marks_table import marks_table
+from .marks.table import marks_table
 from .markup import escape, figure, preformatted, section
 from .page_tables import (
     counts_table,

@@ -14,7 +14,8 @@ import numpy.typing as npt
 from ...formats.events import Array
 from .drawing import LIGHT, WIDTH_IN, legend_above, new_figure
 from .findings import Findings
-from .marks_map import draw_marks, draw_single_images, mark_places
+from .landmarks.pictures import draw_landmarks
+from .marks.map import draw_marks, draw_single_images, mark_places
 from .timeline import runs
 from .track import DEAD_RECKON, Track, Waypoint, longest_step
 
@@ -146,26 +147,6 @@ def support_counts(findings: Findings) -> tuple[Array | None, str]:
     if np.isfinite(track.n_matched).any():
         return track.n_matched, "matched"
     return None, ""
-
-
-def draw_landmarks(axes: "Axes", findings: Findings, *, is_labelled: bool = True) -> None:
-    """Draw the map's landmarks; those that were matched filled, the others hollow."""
-    landmarks = findings.landmarks
-    if landmarks is None or len(landmarks) == 0:
-        return
-    xy, size = landmarks.positions[:, :2], 3.2 if len(landmarks) < 600 else 1.6
-    is_matched = np.isin(landmarks.ids, sorted(findings.matched_ids))
-    total = len(landmarks)
-    groups = [(is_matched, LIGHT["landmark"], f"landmark, matched ({int(is_matched.sum())} of {total})"),
-              (~is_matched, "none", "landmark, never matched")]  # fmt: skip
-    if not is_matched.any():
-        groups = [(~is_matched, LIGHT["landmark"], f"landmark ({total})")]
-    for chosen, face, label in groups:
-        if chosen.any():
-            axes.plot(
-                *xy[chosen].T, linestyle="", marker="o", markersize=size, markerfacecolor=face, zorder=1.5,
-                markeredgecolor=LIGHT["landmark"], markeredgewidth=0.5, label=label if is_labelled else None,
-            )  # fmt: skip
 
 
 def view_of(findings: Findings, reach: float = 0.5, *, with_dead_reckoning: bool = True) -> View | None:

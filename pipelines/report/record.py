@@ -30,8 +30,8 @@ from ...formats.write_log import LogWriter, create_log
 from ..engine.params import Field, InputPath, OutputPath, Params
 from ..engine.report import dump_json
 from .frames import FrameTree, Placed, Rigid
-from .landmarks_record import LandmarkRecorder
-from .marks_record import MarkRecorder
+from .landmarks.record import LandmarkRecorder
+from .marks.record import MarkRecorder
 from .track import DEAD_RECKON, START_POSE, TRUTH
 
 

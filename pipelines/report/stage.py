@@ -11,8 +11,8 @@ from ...formats.products import LandmarkMap, MarkMap
 from ..engine.params import Field, InputPath, OutputPath, Params
 from .captions import PictureName, draw_picture
 from .findings import Findings
-from .landmarks import LandmarkKeeper
-from .marks import MarkKeeper
+from .landmarks.kept import LandmarkKeeper
+from .marks.kept import MarkKeeper
 from .page import render_page
 from .track import START_POSE, TRUTH, TrackBuilder, primary_of
 

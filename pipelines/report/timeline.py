@@ -74,3 +74,8 @@ def runs(is_in: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], is_in, [False]]).astype(np.int8)))
     for start, end in edges.reshape(-1, 2).tolist():
         yield start, end - 1
+
+
+def longest_run(is_in: npt.NDArray[np.bool_]) -> int:
+    """Return the length of the longest unbroken run of true values."""
+    return max((last - first + 1 for first, last in runs(is_in)), default=0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .deviation import deviation
 from .findings import Findings
-from .marks import OK, UNVERIFIED, MarkFindings, longest_bridged_s
+from .marks.kept import OK, UNVERIFIED, MarkFindings, longest_bridged_s
 from .track import DEAD_RECKON, Track
 
 

@@ -8,7 +8,7 @@ import pytest
 from logpose.formats.events import Pose
 from logpose.formats.products import MarkMap
 from logpose.pipelines.report.drawing import LIGHT, drawing, to_svg
-from logpose.pipelines.report.marks_series import (
+from logpose.pipelines.report.marks.series import (
     LEAST_IN_BIN,
     MOST_IDS,
     STATUS_ROLES,

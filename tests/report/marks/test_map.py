@@ -7,7 +7,7 @@ import pytest
 
 from logpose.formats.products import MarkMap
 from logpose.pipelines.report.drawing import LIGHT, drawing
-from logpose.pipelines.report.marks_map import (
+from logpose.pipelines.report.marks.map import (
     DOTS,
     SIGHT_LINES,
     ellipse,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from logpose.pipelines.report.drawing import LIGHT, drawing, to_svg
-from logpose.pipelines.report.marks_images import (
+from logpose.pipelines.report.marks.images import (
     FALLING,
     RISING,
     UNKNOWN,

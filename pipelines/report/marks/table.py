@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ...formats.events import NO_ID, Array
-from .findings import Findings
-from .marks import MarkFindings, Mask, ids_of
-from .marks_series import STATUS_ROLES
-from .markup import table
-from .tables import Column, Row
+from ....formats.events import NO_ID, Array
+from ..findings import Findings
+from ..markup import table
+from ..tables import Column, Row
+from .kept import MarkFindings, Mask, ids_of
+from .series import STATUS_ROLES
 
 
 def marks_table(findings: Findings) -> str:

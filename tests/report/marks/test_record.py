@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 from logpose.formats.events import MarkSighting
 from logpose.formats.mark_poses import mark_pose_line
 from logpose.formats.marks import write_marks
-from logpose.pipelines.report.marks_record import mark_covariance
+from logpose.pipelines.report.marks.record import mark_covariance
 from logpose.pipelines.report.record import WriteLogParams, write_log
 
 SECOND = 1_000_000_000

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...formats.events import NO_ID, MarkSighting
-from .drawing import LIGHT, WIDTH_IN, new_figure
-from .findings import Findings
-from .marks import USED, MarkFindings
+from ....formats.events import NO_ID, MarkSighting
+from ..drawing import LIGHT, WIDTH_IN, new_figure
+from ..findings import Findings
+from .kept import USED, MarkFindings
 from .snapshots import Snapshot, residual_of
 
 if TYPE_CHECKING:

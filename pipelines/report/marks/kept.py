@@ -13,11 +13,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from ...formats.events import NO_ID, Array, Event, Image, MarkSighting
-from ...formats.products import MarkMap, StripeMark
+from ....formats.events import NO_ID, Array, Event, Image, MarkSighting
+from ....formats.products import MarkMap, StripeMark
+from ..timeline import runs
+from ..track import Stamps, Track
 from .snapshots import Snapshot, SnapshotKeeper, residual_of
-from .timeline import runs
-from .track import Stamps, Track
 
 OK, UNVERIFIED = "ok", "unverified"
 USED = (OK, UNVERIFIED)

@@ -15,8 +15,8 @@ from typing import Literal, TypeAlias
 import cv2
 import numpy as np
 
-from ...formats.events import Array, Bytes, Image, MarkSighting
-from ...formats.images import DamagedImage, grey
+from ....formats.events import Array, Bytes, Image, MarkSighting
+from ....formats.images import DamagedImage, grey
 
 Kind: TypeAlias = Literal["typical", "worst", "refused"]
 

@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 
 from logpose.formats.events import Image
-from logpose.pipelines.report.snapshots import CANDIDATES, CLOSE_PX, WIDE_PX, SnapshotKeeper, residual_of, window_of
+from logpose.pipelines.report.marks.snapshots import (
+    CANDIDATES,
+    CLOSE_PX,
+    WIDE_PX,
+    SnapshotKeeper,
+    residual_of,
+    window_of,
+)
 
 PIXELS = np.tile(np.arange(240, dtype=np.uint8), (180, 1))
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...formats.events import Array
-from ...formats.products import StripeMark
-from .drawing import LIGHT
-from .marks import OK, MarkFindings
+from ....formats.events import Array
+from ....formats.products import StripeMark
+from ..drawing import LIGHT
+from .kept import OK, MarkFindings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,8 +4,8 @@ from array import array
 
 import numpy as np
 
-from ...formats.events import NO_ID, Event, Sightings
-from .track import TRUE_SIGHTINGS, Counts
+from ....formats.events import NO_ID, Event, Sightings
+from ..track import TRUE_SIGHTINGS, Counts
 
 
 class LandmarkKeeper:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from logpose.pipelines.report.marks import MarkKeeper, bridged, ids_of, longest_bridged_s
+from logpose.pipelines.report.marks.kept import MarkKeeper, bridged, ids_of, longest_bridged_s
 
 SECOND = 1_000_000_000
 

@@ -9,14 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...formats.encode import header, pose_fields
-from ...formats.events import Array, Event, MarkSighting
-from ...formats.foxglove import IMAGE_ANNOTATIONS, SCENE_UPDATE, mark_annotations, mark_scene
-from ...formats.products import MarkMap
-from ...formats.write_log import LogWriter
-from ..geometry import se2
-from ..geometry.angles import quaternion_from_yaw
-from .marks import USED
+from ....formats.encode import header, pose_fields
+from ....formats.events import Array, Event, MarkSighting
+from ....formats.foxglove import IMAGE_ANNOTATIONS, SCENE_UPDATE, mark_annotations, mark_scene
+from ....formats.products import MarkMap
+from ....formats.write_log import LogWriter
+from ...geometry import se2
+from ...geometry.angles import quaternion_from_yaw
+from .kept import USED
 
 _IN_PLANE = (0, 1, 5)
 _PLANE = 1e-6

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...formats.events import NO_ID, Array
-from .deviation import deviation
-from .drawing import LIGHT, legend_above, logarithmic, new_figure
-from .findings import Findings
-from .marks import MarkFindings, Mask, bridged, ids_of, longest_bridged_s
-from .marks_map import DOTS, evenly, share_words
-from .timeline import EXTREMES, extremes, runs
-from .track import Stamps, Track
+from ....formats.events import NO_ID, Array
+from ..deviation import deviation
+from ..drawing import LIGHT, legend_above, logarithmic, new_figure
+from ..findings import Findings
+from ..timeline import EXTREMES, extremes, runs
+from ..track import Stamps, Track
+from .kept import MarkFindings, Mask, bridged, ids_of, longest_bridged_s
+from .map import DOTS, evenly, share_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
