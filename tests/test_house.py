@@ -74,6 +74,16 @@ def test_a_system_imports_no_other_system(path):
             assert package != "simulate" or target[1] == "engine", f"the simulator imports {'.'.join(target)}"
 
 
+def test_a_report_knows_no_kind_of_thing_seen_and_a_kind_no_other():
+    home = ROOT / "pipelines" / "report"
+    kinds = {p.parent.name for p in home.glob("*/__init__.py")}
+    assert kinds
+    for path in home.rglob("*.py"):
+        used = {t[2] for t in imports(path) if t[:2] == ("pipelines", "report") and len(t) > 2} & kinds
+        is_table = path.parent == home and path.name in {"kinds.py", "contents.py"}
+        assert is_table or used <= {path.parent.name}, f"{path.relative_to(home)} imports {used}"
+
+
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_each_layer_uses_its_libraries_only(path):
     layer, package = place(path)

@@ -52,6 +52,26 @@ def draw_errors(findings: Findings) -> "Figure | None":
     return figure
 
 
+def errors_caption(findings: Findings) -> str:
+    """Say what to look for."""
+    truth, track = findings.truth, findings.primary
+    if truth is None or track is None:
+        return ""
+    words = (
+        "The distance stands on a logarithmic axis, so that centimetres and a lost estimate show in one picture; "
+        "of long runs it is the mean, and pale the range, of short stretches."
+    )
+    if findings.aligned_by:
+        words += f" Drawn as estimated, without the {findings.aligned_by} alignment of the evaluation."
+    share = deviation(track, truth).share_within(3.0)
+    if share is None:
+        return words + " The estimator gave no covariance, so there is no band."
+    return words + (
+        f" The band is three standard deviations as the estimator claims them: {100 * share:.1f} % of the poses lie "
+        "inside it in x, y and heading at once (99.2 % would, were the claim exact and the three independent)."
+    )
+
+
 def draw_distances(axes: "Axes", findings: Findings, told: dict[str, Deviation], n: int = STRETCHES) -> None:
     """Draw the distances from the truth on a logarithmic axis: centimetres and lost estimates in one picture.
 

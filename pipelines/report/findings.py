@@ -1,16 +1,17 @@
-"""Everything a page is made from: one field per kind of thing, None or empty where the run has none of it.
+"""Everything a page is made from: tracks, results and notices, which all runs have, and what is kept of each kind seen.
 
-Tracks, notices and results are common to all systems; what a system sees has a field of its own, made by a keeper of
-its own. Pictures and tables take it all and leave out what is not there.
+Pictures and tables take it all and leave out what is not there.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from ...formats.events import Notice
-from ...formats.products import LandmarkMap
-from .marks.kept import MarkFindings
-from .track import Counts, Track, Waypoint, primary_of
+from .kind import Kept, first_of
+from .track import Track, Waypoint, primary_of
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -20,24 +21,20 @@ class Findings:
     Attributes:
         estimates: by source, in order of appearance; the first that is not dead reckoning is the one in question.
         truth: None when not known.
-        seen: what was detected, per image; None when there were no sightings.
-        matched: what the primary estimate took for landmarks of the map, per image; None when it did not say.
-        landmarks: the map that was used, or None.
-        matched_ids: landmarks that were matched at least once; empty when nobody said.
-        marks: what images said of stripe marks; None when there were no such sightings.
+        kept: of the kinds of things that were seen or have a map.
         results: what the stages summed up, by source; ``run`` is the run itself.
         notices: what a person should know, the first of each code, with how often.
     """
 
     estimates: Mapping[str, Track] = field(default_factory=dict)
     truth: Track | None = None
-    seen: Counts | None = None
-    matched: Counts | None = None
-    landmarks: LandmarkMap | None = None
-    matched_ids: frozenset[int] = frozenset()
-    marks: MarkFindings | None = None
+    kept: Sequence[Kept] = ()
     results: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     notices: Sequence[tuple[Notice, int]] = ()
+
+    def of(self, kind: type[T]) -> T | None:
+        """Return what was kept of one kind, by its class, or None."""
+        return first_of(self.kept, kind)
 
     @property
     def primary(self) -> Track | None:
@@ -45,19 +42,15 @@ class Findings:
         return primary_of(self.estimates)
 
     @property
-    def is_by_marks(self) -> bool:
-        """Whether the estimate the report is about comes from stripe marks."""
-        return self.primary is not None and self.marks is not None and self.primary.source == self.marks.source
+    def is_by_images(self) -> bool:
+        """Whether the estimate the report is about comes from sightings that each give a whole pose."""
+        track = self.primary
+        return track is not None and any(part.gives_poses and part.source == track.source for part in self.kept)
 
     @property
-    def timed(self) -> "list[Track | Counts | MarkFindings]":
+    def timed(self) -> list[Track | Kept]:
         """Everything that lies on the time axis."""
-        parts: list[Track | Counts | MarkFindings | None] = [
-            *self.estimates.values(),
-            self.truth,
-            self.seen,
-            self.marks,
-        ]
+        parts: list[Track | Kept | None] = [*self.estimates.values(), self.truth, *self.kept]
         return [part for part in parts if part is not None and len(part.stamps)]
 
     @property
@@ -79,6 +72,13 @@ class Findings:
     def evaluation(self) -> Mapping[str, object]:
         """What an evaluation against the truth found; empty when there was none."""
         return next((self.results[name] for name in ("evaluation", "evaluate") if name in self.results), {})
+
+    @property
+    def aligned_by(self) -> str:
+        """How the evaluation moved the estimate onto the truth first; empty if it did not."""
+        alignment = self.evaluation.get("alignment")
+        mode = alignment.get("method") if isinstance(alignment, Mapping) else None
+        return "" if mode in {None, "none"} else str(mode)
 
     @property
     def waypoints(self) -> list[Waypoint]:

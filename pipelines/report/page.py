@@ -5,14 +5,13 @@ the tables, the pipeline as it ran, and what it was made from. No clock is read 
 """
 
 import re
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from ... import __version__
-from .captions import PICTURES
+from .contents import PICTURES
 from .drawing import DARK, LIGHT, drawing, to_svg
 from .findings import Findings
-from .marks.table import marks_table
+from .kinds import KINDS
 from .markup import escape, figure, preformatted, section
 from .page_tables import (
     counts_table,
@@ -23,11 +22,6 @@ from .page_tables import (
     waypoints_table,
 )
 from .verdict import verdict
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Draw = Callable[[Findings], "Figure | None"]
 
 _STYLE = """
 :root { color-scheme: light dark; %(light)s }
@@ -80,7 +74,7 @@ def render_page(findings: Findings, *, title: str = "logpose report") -> str:
         f'<p class="verdict">{escape(_unbroken(verdict(findings)))}</p>',
         section("Warnings", notices_table(findings)),
         section("Pictures", *_pictures(findings)),
-        section("Marks", marks_table(findings)),
+        *(kind.section(findings) for kind in KINDS),
         section("Way points", waypoints_table(findings)),
         section("Results", *evaluation_tables(findings)),
         section("Messages", counts_table(findings)),

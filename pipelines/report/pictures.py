@@ -14,8 +14,8 @@ import numpy.typing as npt
 from ...formats.events import Array
 from .drawing import LIGHT, WIDTH_IN, legend_above, new_figure
 from .findings import Findings
-from .landmarks.pictures import draw_landmarks
-from .marks.map import draw_marks, draw_single_images, mark_places
+from .kind import Support
+from .kinds import KINDS
 from .timeline import runs
 from .track import DEAD_RECKON, Track, Waypoint, longest_step
 
@@ -30,7 +30,7 @@ View = tuple[float, float, float, float]
 
 
 def draw_map(findings: Findings) -> "Figure | None":
-    """Draw landmarks and all trajectories (the paper's figures 6 and 7)."""
+    """Draw what was seen and all trajectories (the ceiling paper's figures 6 and 7)."""
     view = view_of(findings)
     if view is None:
         return None
@@ -40,19 +40,34 @@ def draw_map(findings: Findings) -> "Figure | None":
     return figure
 
 
+def map_caption(findings: Findings) -> str:
+    """Say what to look for."""
+    words = []
+    if findings.truth is not None:
+        words.append("Where the estimate is right, its thin line runs inside the broad one of the truth.")
+    if DEAD_RECKON in findings.estimates:
+        words.append(
+            "Dead reckoning starts from the same pose and uses odometry alone: "
+            "how far it strays is what the method had to make up for."
+        )
+    words += [part for kind in KINDS if (part := kind.map_caption(findings))]
+    return " ".join(words) or "The route in the map frame, both axes to the same scale."
+
+
 def fill_map(axes: "Axes", findings: Findings) -> None:
-    """Draw landmarks and marks, trajectories, their ends and the way points into axes."""
-    draw_landmarks(axes, findings)
+    """Draw what was seen, trajectories, their ends and the way points into axes."""
+    left, right, bottom, top = view_of(findings) or (0.0, 0.0, 0.0, 0.0)
+    span = max(right - left, top - bottom)
+    for kind in KINDS:
+        kind.under(axes, findings, span)
     if findings.truth is not None and len(findings.truth):
         _line(axes, findings.truth, "truth", 3.6, label="truth")
     styles = line_styles(findings)
     for source, track in findings.estimates.items():
         role, width, dash = styles[source]
         _line(axes, track, role, width, dash, label=source)
-    view = view_of(findings)
-    if findings.marks is not None and view is not None:
-        draw_marks(axes, findings.marks)
-        draw_single_images(axes, findings.marks, max(view[1] - view[0], view[3] - view[2]))
+    for kind in KINDS:
+        kind.over(axes, findings, span)
     _ends(axes, findings.primary or findings.truth)
     _waypoints(axes, findings)
 
@@ -61,15 +76,16 @@ def draw_support(findings: Findings) -> "Figure | None":
     """Draw the estimate, coloured by how much it had to go by (the ceiling paper's figure 10)."""
     track = findings.primary
     view = view_of(findings, 0.06, with_dead_reckoning=False)
-    classes = support_classes(findings)
-    if track is None or view is None or not classes:
+    support = support_of(findings)
+    if track is None or view is None or support is None:
         return None
     figure, axes = _map_axes(view)
-    draw_landmarks(axes, findings, is_labelled=False)
-    if findings.marks is not None:
-        draw_marks(axes, findings.marks, is_labelled=False)
+    for kind in KINDS:
+        kind.under(axes, findings, None)
+    for kind in KINDS:
+        kind.over(axes, findings, None)
     poses = len(track)
-    for is_in, role, width, words in classes:
+    for is_in, role, width, words in support.classes:
         found = int(is_in.sum())
         label = f"{words}: {found} poses ({100 * found / poses:.1f} %)"
         pieces = _pieces(track.xy, is_in)
@@ -78,6 +94,17 @@ def draw_support(findings: Findings) -> "Figure | None":
     _ends(axes, track)
     legend_above(figure, axes, columns=3)
     return figure
+
+
+def support_of(findings: Findings) -> Support | None:
+    """Sort the poses of the primary estimate by what they had to go by; None if no kind of thing seen can."""
+    return next((found for kind in KINDS if (found := kind.support(findings)) is not None), None)
+
+
+def support_caption(findings: Findings) -> str:
+    """Say what to look for."""
+    support = support_of(findings)
+    return "" if support is None else support.caption
 
 
 def draw_passes(findings: Findings) -> "Figure | None":
@@ -98,6 +125,14 @@ def draw_passes(findings: Findings) -> "Figure | None":
     return figure
 
 
+def passes_caption(_: Findings) -> str:
+    """Say what to look for."""
+    return (
+        "All squares have the same scale, in metres of the map. "
+        "The red line leads from the way point to the estimate at its pass: the error in the table."
+    )
+
+
 def line_styles(findings: Findings) -> dict[str, tuple[str, float, str]]:
     """Give each estimate a colour role, a width and a dash; the same in every picture."""
     styles: dict[str, tuple[str, float, str]] = {}
@@ -113,46 +148,10 @@ def line_styles(findings: Findings) -> dict[str, tuple[str, float, str]]:
     return styles
 
 
-def support_classes(findings: Findings) -> list[tuple[npt.NDArray[np.bool_], str, float, str]]:
-    """Sort the poses of the primary estimate by what they had to go by: which, colour role, width of line, words.
-
-    A mark gives a whole pose, so there it is whether one was in the image; poses that all rest on images are not
-    sorted.
-    """
-    track, marks = findings.primary, findings.marks
-    if track is None:
-        return []
-    if marks is not None and findings.is_by_marks:
-        rests = marks.rests_on_image(track.stamps)
-        if rests.all():
-            return []
-        return [(rests, "estimate", 1.1, "a mark in the image"), (~rests, "none", 2.8, "odometry alone")]
-    counts, word = support_counts(findings)
-    if counts is None:
-        return []
-    return [
-        (counts >= 2, "estimate", 1.1, f"2 or more {word}"),
-        (counts == 1, "weak", 2.0, f"1 {word}"),
-        (counts == 0, "none", 2.8, f"none {word}"),
-    ]
-
-
-def support_counts(findings: Findings) -> tuple[Array | None, str]:
-    """Return landmarks per pose of the primary estimate, and whether they were seen or matched."""
-    track = findings.primary
-    if track is None:
-        return None, ""
-    if np.isfinite(track.n_seen).any():
-        return track.n_seen, "seen"
-    if np.isfinite(track.n_matched).any():
-        return track.n_matched, "matched"
-    return None, ""
-
-
 def view_of(findings: Findings, reach: float = 0.5, *, with_dead_reckoning: bool = True) -> View | None:
     """Choose what part of the plane is shown.
 
-    The route and the marks that were recognised in full; landmarks, other marks and dead reckoning as far as ``reach``
+    The route, and of what was seen what its kind asks for, in full; the rest and dead reckoning as far as ``reach``
     times its extent beyond, lest it become small.
     """
     tracks = [findings.truth, *(t for s, t in findings.estimates.items() if s != DEAD_RECKON)]
@@ -161,7 +160,8 @@ def view_of(findings: Findings, reach: float = 0.5, *, with_dead_reckoning: bool
         core = [track.xy for track in findings.estimates.values() if len(track)]
     if not core:
         return None
-    points = np.concatenate([*core, mark_places(findings.marks, seen=True)])
+    seen = [kind.places(findings) for kind in KINDS]
+    points = np.concatenate([*core, *(always for always, _ in seen)])
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) == 0:
         return None
@@ -170,10 +170,7 @@ def view_of(findings: Findings, reach: float = 0.5, *, with_dead_reckoning: bool
     rest = [
         track.xy for s, track in findings.estimates.items() if len(track) and (with_dead_reckoning or s != DEAD_RECKON)
     ]
-    if findings.landmarks is not None:
-        rest.append(findings.landmarks.positions[:, :2])
-    rest.append(mark_places(findings.marks, seen=False))
-    for xy in rest:
+    for xy in (*rest, *(near for _, near in seen)):
         inside = xy[((xy >= low - grow) & (xy <= high + grow)).all(axis=1)]
         points = np.concatenate([points, inside])
     low, high = points.min(axis=0), points.max(axis=0)

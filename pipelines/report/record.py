@@ -24,14 +24,11 @@ import numpy as np
 from ...formats.encode import TF_MESSAGE, header, pose_fields
 from ...formats.events import Event, Notice, Odometry, Pose, Summary
 from ...formats.foxglove import LOG, log_line
-from ...formats.landmarks import read_landmarks
-from ...formats.marks import read_marks
 from ...formats.write_log import LogWriter, create_log
 from ..engine.params import Field, InputPath, OutputPath, Params
 from ..engine.report import dump_json
 from .frames import FrameTree, Placed, Rigid
-from .landmarks.record import LandmarkRecorder
-from .marks.record import MarkRecorder
+from .kinds import KINDS, read_maps
 from .track import DEAD_RECKON, START_POSE, TRUTH
 
 
@@ -47,19 +44,15 @@ class WriteLogParams(Params):
 
 def write_log(events: Iterator[Event], params: WriteLogParams) -> Iterator[Event]:
     """Write what passes, and what it amounts to, into a log."""
-    landmarks = None if params.map is None else read_landmarks(params.map)
-    marks = None if params.marks is None else read_marks(params.marks)
+    maps = read_maps(params.map, params.marks)
     with create_log(params.path) as log:
-        parts = (LandmarkRecorder(log, landmarks), MarkRecorder(log, marks, params.base_frame))
-        recorder = _Recorder(log, params)
+        recorders = [*(kind.recorder(log, maps, params.base_frame) for kind in KINDS), _Recorder(log, params)]
         for event in events:
-            for part in parts:
-                part.take(event)
-            recorder.take(event)
+            for recorder in recorders:
+                recorder.take(event)
             yield event
-        for part in parts:
-            part.end()
-        recorder.end()
+        for recorder in recorders:
+            recorder.end()
 
 
 class _Recorder:

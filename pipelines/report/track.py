@@ -1,4 +1,4 @@
-"""What a report keeps of poses and counts: numbers per pose and per image, no events.
+"""What a report keeps of poses: some numbers of each.
 
 A ``Track`` is one source's poses as arrays; ``TrackBuilder`` grows one in compact buffers (about 80 bytes per pose).
 """
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...formats.events import Array
+from ...formats.events import Array, Pose
 from ..geometry.angles import yaw_from_quaternion
 
 TRUTH = "truth"
@@ -60,21 +60,6 @@ class Track:
     def length(self) -> float:
         """Path length [m]; grows with the noise of the poses."""
         return float(np.nansum(np.hypot(*np.diff(self.xy, axis=0).T)))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Counts:
-    """How many landmarks each image has, by one source.
-
-    Attributes:
-        source: who says so.
-        stamps: (N,) [ns].
-        n: (N,).
-    """
-
-    source: str
-    stamps: Stamps
-    n: npt.NDArray[np.int64]
 
 
 def primary_of(estimates: Mapping[str, Track]) -> Track | None:
@@ -128,23 +113,15 @@ class TrackBuilder:
         self._stamps, self._numbers, self._status = array("q"), array("d"), array("q")
         self._words: dict[str, int] = {}
 
-    def add(
-        self,
-        stamp: int,
-        position: Array,
-        orientation: Array,
-        covariance: Array | None = None,
-        info: Mapping[str, object] | None = None,
-    ) -> None:
-        """Append a pose: (3,) [m], quaternion (4,) x, y, z, w, (6, 6) of x, y, z, roll, pitch, yaw."""
-        info = info or {}
-        heading = yaw_from_quaternion(orientation)
-        used = (0, 1, 5)
-        cells = [math.nan] * 9 if covariance is None else [float(covariance[i, j]) for i in used for j in used]
-        self._stamps.append(stamp)
-        self._numbers.extend([float(position[0]), float(position[1]), heading, *cells])
-        self._numbers.extend([_number(info.get("n_seen")), _number(info.get("n_matched"))])
-        word = info.get("status")
+    def add(self, pose: Pose) -> None:
+        """Append a pose."""
+        cov, used = pose.covariance, (0, 1, 5)
+        cells = [math.nan] * 9 if cov is None else [float(cov[i, j]) for i in used for j in used]
+        x, y = float(pose.position[0]), float(pose.position[1])
+        self._stamps.append(pose.stamp)
+        self._numbers.extend([x, y, yaw_from_quaternion(pose.orientation), *cells])
+        self._numbers.extend([_number(pose.info.get("n_seen")), _number(pose.info.get("n_matched"))])
+        word = pose.info.get("status")
         self._status.append(-1 if word is None else self._words.setdefault(str(word), len(self._words)))
 
     def build(self) -> Track:

@@ -9,19 +9,21 @@ import numpy as np
 
 from .deviation import deviation
 from .findings import Findings
-from .marks.kept import OK, UNVERIFIED, MarkFindings, longest_bridged_s
+from .kinds import KINDS
 from .track import DEAD_RECKON, Track
 
 
 def verdict(findings: Findings) -> str:
     """Say it."""
     track = findings.primary
+    said = [part for kind in KINDS for part in kind.says(findings)]
     if track is None or len(track) == 0:
-        parts = _seen(findings) or ["No pose was estimated", *_marks(findings)]
+        # Where sightings give no poses they are what was asked for; where they do, that there is none comes first.
+        is_missed = not said or any(part.gives_poses for part in findings.kept)
+        parts = ["No pose was estimated"] if is_missed else []
     else:
-        parts = [_estimate(findings, track), _error(findings, track), *_status(track), *_marks(findings)]
-    parts.append(_notices(findings))
-    return "; ".join(part for part in parts if part) + "."
+        parts = [_estimate(findings, track), _error(findings, track), *_status(track)]
+    return "; ".join(part for part in (*parts, *said, _notices(findings)) if part) + "."
 
 
 def duration_s(track: Track) -> float:
@@ -41,7 +43,7 @@ def _estimate(findings: Findings, track: Track) -> str:
         return f"{track.source} estimated one pose"
     words = f"{track.source} estimated {n} poses over {duration_s(track):.1f} s"
     has_truth = findings.truth is not None and len(findings.truth) > 1
-    if findings.is_by_marks and not has_truth and DEAD_RECKON not in findings.estimates:
+    if findings.is_by_images and not has_truth and DEAD_RECKON not in findings.estimates:
         return words  # poses of single images, which may lie anywhere, make no way
     way = findings.truth if findings.truth is not None and has_truth else track
     return f"{words} and {way.length:.1f} m of way"
@@ -63,16 +65,9 @@ def _error(findings: Findings, track: Track) -> str:
     words = f"against the truth it is {length(rmse)} off (RMSE; at most {length(largest)})"
     if np.isfinite(heading):
         words += f" and {np.degrees(heading):.2f}° in heading"
-    if found is not None and aligned_by(findings):
-        words += f" after {aligned_by(findings)} alignment"
+    if found is not None and findings.aligned_by:
+        words += f" after {findings.aligned_by} alignment"
     return words + (f", known for {matched} of {total} poses" if matched < total else "")
-
-
-def aligned_by(findings: Findings) -> str:
-    """Return how the evaluation moved the estimate onto the truth first; empty if it did not."""
-    alignment = findings.evaluation.get("alignment")
-    mode = alignment.get("method") if isinstance(alignment, Mapping) else alignment
-    return "" if mode in {None, "none"} else str(mode)
 
 
 def evaluated_error(findings: Findings) -> tuple[float, float, float, int, int] | None:
@@ -106,45 +101,6 @@ def _status(track: Track) -> list[str]:
     if not shares:
         return []
     return ["its status is " + ", ".join(f"{word} for {100 * share:.1f} %" for word, _, share in shares)]
-
-
-def _seen(findings: Findings) -> list[str]:
-    seen = findings.seen
-    if seen is None or len(seen.n) == 0:
-        return []
-    return [
-        f"{seen.source} saw {int(seen.n.sum())} landmarks in {len(seen.n)} images, none in {int((seen.n == 0).sum())}"
-    ]
-
-
-def _marks(findings: Findings) -> list[str]:
-    """Say how many marks were recognised, in how many images, and what carried the pose in between."""
-    marks = findings.marks
-    if marks is None:
-        return []
-    ids = np.unique(marks.mark[marks.of_status(OK)])
-    if len(ids) == 0:
-        parts = [
-            "no mark was recognised "
-            + ("in the only image" if len(marks.images) == 1 else f"in {len(marks.images)} images")
-        ]
-    elif marks.marks is None or len(marks.marks) == 1:
-        names = f"mark {ids[0]} was" if len(ids) == 1 else f"{len(ids)} marks were"
-        parts = [f"{names} recognised {_in_images(marks, OK)}"]
-    else:
-        verb = "was" if len(ids) == 1 else "were"
-        parts = [f"{len(ids)} of {len(marks.marks)} marks {verb} recognised, {_in_images(marks, OK)}"]
-    if marks.of_status(UNVERIFIED).any():
-        parts.append(f"which mark it is was assumed {_in_images(marks, UNVERIFIED)}")
-    longest = longest_bridged_s(marks, findings.primary)
-    if longest > 0:
-        parts.append(f"odometry alone bridged {longest:.1f} s at most")
-    return parts
-
-
-def _in_images(marks: MarkFindings, status: str) -> str:
-    n, total = len(np.unique(marks.stamps[marks.of_status(status)])), len(marks.images)
-    return "in the only image" if total == 1 else f"in {n} of {total} images"
 
 
 def _notices(findings: Findings) -> str:

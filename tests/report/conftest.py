@@ -140,24 +140,24 @@ def landmarks():
 @pytest.fixture(scope="session")
 def findings(landmarks):
     """What a report keeps of the drive."""
-    from logpose.pipelines.report.stage import Collector
+    from logpose.pipelines.report.collect import Collector
 
-    collector = Collector()
+    collector = Collector([landmarks])
     for event in drive_events():
         collector.take(event)
-    return collector.findings(landmarks)
+    return collector.findings()
 
 
 @pytest.fixture(scope="session")
 def collect():
     """Return the findings of some events."""
-    from logpose.pipelines.report.stage import Collector
+    from logpose.pipelines.report.collect import Collector
 
     def findings_of(events, landmarks=None, marks=None):
-        collector = Collector()
+        collector = Collector([landmarks, marks])
         for event in events:
             collector.take(event)
-        return collector.findings(landmarks, marks)
+        return collector.findings()
 
     return findings_of
 
@@ -365,9 +365,9 @@ def marked():
 @pytest.fixture(scope="session")
 def mark_findings():
     """What a report keeps of the drive around the room."""
-    from logpose.pipelines.report.stage import Collector
+    from logpose.pipelines.report.collect import Collector
 
-    collector = Collector()
+    collector = Collector([room()])
     for event in room_events(240):
         collector.take(event)
-    return collector.findings(None, room())
+    return collector.findings()

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from logpose.formats.events import Pose
 from logpose.pipelines.report.deviation import deviation
 from logpose.pipelines.report.track import TrackBuilder
 
@@ -11,7 +12,8 @@ def track(rows, covariance=None):
     builder = TrackBuilder("x")
     for stamp, x, y, heading in rows:
         orientation = np.array([0.0, 0.0, np.sin(heading / 2), np.cos(heading / 2)])
-        builder.add(int(stamp * SECOND), np.array([x, y, 0.0]), orientation, covariance)
+        position = np.array([x, y, 0.0])
+        builder.add(Pose(stamp=int(stamp * SECOND), position=position, orientation=orientation, covariance=covariance))
     return builder.build()
 
 

@@ -4,7 +4,7 @@ from html.parser import HTMLParser
 import pytest
 
 from logpose.formats.events import Notice, Summary
-from logpose.pipelines.report.captions import PICTURES, draw_picture
+from logpose.pipelines.report.contents import PICTURES, draw_picture
 from logpose.pipelines.report.page import render_page
 
 CEILING = {"map", "support", "errors", "passes", "sightings", "histogram"}

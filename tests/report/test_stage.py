@@ -2,6 +2,7 @@ import pytest
 
 from logpose.formats.errors import ConfigError, FormatError
 from logpose.formats.landmarks import write_landmarks
+from logpose.pipelines.report.landmarks.kept import LandmarkFindings
 from logpose.pipelines.report.stage import WritePictureParams, WriteReportParams, write_picture, write_report
 
 
@@ -38,7 +39,7 @@ def test_a_map_that_is_missing_is_told_before_the_log_is_read(tmp_path):
 def test_start_pose_and_true_sightings_are_no_estimates(collect, make):
     events = [make.pose(1, 0.0, 0.0, 0.0, "initial_pose"), make.sightings(1, [[0, 0]], source="true_sightings")]
     found = collect(events)
-    assert (found.primary, found.seen) == (None, None)
+    assert (found.primary, found.of(LandmarkFindings)) == (None, None)
 
 
 def test_what_the_detector_saw_and_the_estimator_matched_are_kept_apart(collect, make):
@@ -47,9 +48,11 @@ def test_what_the_detector_saw_and_the_estimator_matched_are_kept_apart(collect,
         events += [make.sightings(i, [[0, 0], [1, 1]]), make.pose(i, 0.0, 0.0, 0.0)]
         events += [make.sightings(i, [[0, 0], [1, 1]], [7, -1], source="localize-pf")]
     found = collect(events)
-    assert (found.seen.source, found.seen.n.tolist()) == ("detect-circles", [2, 2, 2])
-    assert (found.matched.source, found.matched.n.tolist()) == ("localize-pf", [1, 1, 1])
-    assert found.matched_ids == {7}
+    kept = found.of(LandmarkFindings)
+    matched = kept.matched_by(found.primary)
+    assert (kept.seen.source, kept.seen.n.tolist()) == ("detect-circles", [2, 2, 2])
+    assert (matched.source, matched.n.tolist()) == ("localize-pf", [1, 1, 1])
+    assert kept.matched_ids == {7}
 
 
 def test_write_picture_writes_what_its_suffix_says(tmp_path, make):

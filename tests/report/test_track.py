@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from logpose.formats.events import Pose
 from logpose.pipelines.report.track import TrackBuilder, Waypoint, primary_of
 
 
@@ -24,9 +25,15 @@ def test_a_track_keeps_stamps_exactly_and_headings_of_tilted_poses():
     stamp = 1_700_000_000_123_456_789
     covariance = np.arange(36.0).reshape(6, 6)
     builder.add(
-        stamp, np.array([1.0, 2.0, 3.0]), quaternion(0.05, -0.1, 2.5), covariance, {"n_seen": 3, "status": "lost"}
+        Pose(
+            stamp=stamp,
+            position=np.array([1.0, 2.0, 3.0]),
+            orientation=quaternion(0.05, -0.1, 2.5),
+            covariance=covariance,
+            info={"n_seen": 3, "status": "lost"},
+        )
     )
-    builder.add(stamp + 1, np.array([4.0, 6.0, 3.0]), quaternion(0.0, 0.0, -3.0))
+    builder.add(Pose(stamp=stamp + 1, position=np.array([4.0, 6.0, 3.0]), orientation=quaternion(0.0, 0.0, -3.0)))
     track = builder.build()
     assert track.stamps.tolist() == [stamp, stamp + 1]
     assert track.heading == pytest.approx([2.5, -3.0], abs=1e-12)

@@ -11,7 +11,7 @@ from ....formats.events import Array
 from ..drawing import LIGHT, legend_above, new_figure
 from ..findings import Findings
 from ..timeline import STRETCHES, longest_run, stretches
-from ..track import Counts
+from .kept import Counts, LandmarkFindings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ LARGEST_BIN = 15
 """The last bar of the histogram holds this number and all above."""
 
 
-def draw_landmarks(axes: "Axes", findings: Findings, *, is_labelled: bool = True) -> None:
+def draw_landmarks(axes: "Axes", findings: LandmarkFindings, *, is_labelled: bool = True) -> None:
     """Draw the map's landmarks; those that were matched filled, the others hollow."""
     landmarks = findings.landmarks
     if landmarks is None or len(landmarks) == 0:
@@ -43,7 +43,7 @@ def draw_landmarks(axes: "Axes", findings: Findings, *, is_labelled: bool = True
 
 def draw_sightings(findings: Findings) -> "Figure | None":
     """Draw how many landmarks were seen and matched over time (the paper's figure 8)."""
-    seen, matched = findings.seen, findings.matched
+    seen, matched = _counts(findings)
     if (seen is None or len(seen.n) == 0) and (matched is None or len(matched.n) == 0):
         return None
     from matplotlib.ticker import MaxNLocator
@@ -79,7 +79,7 @@ def draw_sightings(findings: Findings) -> "Figure | None":
 
 def sightings_caption(findings: Findings) -> str:
     """Say what to look for."""
-    seen = findings.seen
+    seen, _ = _counts(findings)
     words = "Where the thin line falls below the broad one, sightings were refused or belong to nothing in the map."
     if seen is None or len(seen.n) == 0:
         return words
@@ -89,7 +89,7 @@ def sightings_caption(findings: Findings) -> str:
 
 def draw_histogram(findings: Findings) -> "Figure | None":
     """Draw how often how many landmarks were seen and matched (the paper's figure 9), with the counts printed."""
-    named = ((findings.seen, "seen"), (findings.matched, "matched"))
+    named = zip(_counts(findings), ("seen", "matched"), strict=True)
     groups = [(counts.n, role, _label(role, counts)) for counts, role in named if counts is not None and len(counts.n)]
     if not groups:
         return None
@@ -118,7 +118,7 @@ def draw_histogram(findings: Findings) -> "Figure | None":
 
 def histogram_caption(findings: Findings) -> str:
     """Say what to look for."""
-    seen = findings.seen
+    seen, _ = _counts(findings)
     if seen is None or len(seen.n) == 0:
         return "How many landmarks the poses rest on."
     few, n = int((seen.n < 2).sum()), len(seen.n)
@@ -126,6 +126,12 @@ def histogram_caption(findings: Findings) -> str:
         f"{few} of {n} images ({100 * few / n:.1f} %) show fewer than two landmarks; "
         f"on average {seen.n.mean():.2f} are seen."
     )
+
+
+def _counts(findings: Findings) -> tuple[Counts | None, Counts | None]:
+    """Return how many landmarks each image has: as seen, and as the primary estimate matched them."""
+    kept = findings.of(LandmarkFindings)
+    return (None, None) if kept is None else (kept.seen, kept.matched_by(findings.primary))
 
 
 def _label(word: str, counts: Counts) -> str:

@@ -34,7 +34,7 @@ RISING, FALLING, UNKNOWN = "other3", "weak", "other2"
 
 def draw_images(findings: Findings) -> "Figure | None":
     """Draw what was found in the images that were kept."""
-    marks = findings.marks
+    marks = findings.of(MarkFindings)
     if marks is None or not marks.snapshots:
         return None
     figure = new_figure(HEAD_IN + ROW_IN * len(marks.snapshots))
@@ -47,7 +47,7 @@ def draw_images(findings: Findings) -> "Figure | None":
 
 def images_caption(findings: Findings) -> str:
     """Say what to look for."""
-    marks = findings.marks
+    marks = findings.of(MarkFindings)
     words = (
         "The edges as found, over the image they were found in; the dashed line is the row at which they are measured. "
         "Every edge must lie on a step of the brightness along that row, and the ids must be those of the marks that "

@@ -66,6 +66,11 @@ class MarkFindings:
         """Return the number of sightings."""
         return len(self.stamps)
 
+    @property
+    def gives_poses(self) -> bool:
+        """Whether one sighting says where the robot is: where there is a map, it does."""
+        return True
+
     @cached_property
     def is_used(self) -> Mask:
         """(N,) whether a sighting says where the robot is."""
@@ -130,6 +135,7 @@ class MarkFindings:
 class MarkKeeper:
     """Takes a run's images and sightings; the source that comes first is kept."""
 
+    marks: MarkMap | None = None
     source: str = ""
     _stamps: "array[int]" = field(default_factory=lambda: array("q"))
     _ints: "array[int]" = field(default_factory=lambda: array("q"))
@@ -154,7 +160,7 @@ class MarkKeeper:
             case _:
                 pass
 
-    def build(self, marks: MarkMap | None = None) -> MarkFindings | None:
+    def build(self) -> MarkFindings | None:
         """Return what was kept so far, or None if there was no sighting."""
         self._close()
         n = len(self._stamps)
@@ -175,7 +181,7 @@ class MarkKeeper:
             robot_cov=numbers[:, 15:24].reshape(n, 3, 3),
             residual=numbers[:, 24],
             snapshots=self._snapshots.chosen(),
-            marks=marks,
+            marks=self.marks,
         )
 
     def _add(self, event: MarkSighting) -> None:

@@ -27,10 +27,10 @@ LARGEST_SHARE = 0.05
 """Half axis of most of the drawn ellipses, as a share of the map's extent, at most."""
 
 
-def mark_places(findings: MarkFindings | None, *, seen: bool) -> Array:
+def mark_places(findings: MarkFindings, *, seen: bool) -> Array:
     """Return the ends of all marks that were recognised, or of all others: (M, 2) [m]."""
-    known = () if findings is None or findings.marks is None else findings.marks.marks
-    chosen = [ends_of_mark(mark) for mark in known if findings is not None and _is_seen(findings, mark) == seen]
+    known = () if findings.marks is None else findings.marks.marks
+    chosen = [ends_of_mark(mark) for mark in known if _is_seen(findings, mark) == seen]
     return np.concatenate(chosen) if chosen else np.empty((0, 2))
 
 

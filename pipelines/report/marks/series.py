@@ -36,7 +36,7 @@ LEAST_IN_BIN = 10
 
 def draw_strip(findings: Findings) -> "Figure | None":
     """Draw over time: which mark was seen with what status, how far and how turned it was, and what was left over."""
-    marks = findings.marks
+    marks = findings.of(MarkFindings)
     if marks is None or len(marks.images) < 2:
         return None
     unit, per = findings.time_unit
@@ -64,7 +64,7 @@ def draw_strip(findings: Findings) -> "Figure | None":
 
 def strip_caption(findings: Findings) -> str:
     """Say what to look for."""
-    marks = findings.marks
+    marks = findings.of(MarkFindings)
     if marks is None:
         return ""
     words = "Which mark each image shows, and whether its pose could be used."
@@ -140,7 +140,7 @@ def by_distance(findings: Findings) -> ByDistance | None:
 
     The error of the heading is that of the mark's angle, with the other sign: the mount between them is fixed.
     """
-    marks, truth = findings.marks, findings.truth
+    marks, truth = findings.of(MarkFindings), findings.truth
     if marks is None or truth is None or not marks.is_used.any():
         return None
     error = deviation(marks.track(), truth)

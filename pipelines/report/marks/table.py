@@ -3,18 +3,14 @@
 import numpy as np
 
 from ....formats.events import NO_ID, Array
-from ..findings import Findings
 from ..markup import table
 from ..tables import Column, Row
 from .kept import MarkFindings, Mask, ids_of
 from .series import STATUS_ROLES
 
 
-def marks_table(findings: Findings) -> str:
+def marks_table(marks: MarkFindings) -> str:
     """Render one row per mark, one for images in which none was recognised, and one for all."""
-    marks = findings.marks
-    if marks is None or len(marks) == 0:
-        return ""
     words = [w for w in STATUS_ROLES if w in marks.status_words]
     words += [w for w in marks.status_words if w not in STATUS_ROLES]
     rows: list[Row] = [_row(marks, str(identity), marks.mark == identity, words) for identity in ids_of(marks)]

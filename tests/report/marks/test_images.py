@@ -19,6 +19,7 @@ from logpose.pipelines.report.marks.images import (
     pose_in_words,
     title_of,
 )
+from logpose.pipelines.report.marks.kept import MarkFindings
 
 
 def lines_of(axes, role):
@@ -33,22 +34,22 @@ def figure(mark_findings):
 
 
 def test_each_image_is_shown_whole_close_up_and_as_brightness(figure, mark_findings):
-    kinds = [snapshot.kind for snapshot in mark_findings.marks.snapshots]
+    kinds = [snapshot.kind for snapshot in mark_findings.of(MarkFindings).snapshots]
     assert kinds == ["typical", "worst", "refused"]
     assert len(figure.axes) == 3 + 3 + 2  # nothing to show close up in an image without edges
     assert len([axes for axes in figure.axes if axes.images]) == 5
 
 
 def test_edges_are_drawn_where_they_were_found_in_the_colour_of_their_polarity(figure, mark_findings):
-    snapshot = mark_findings.marks.snapshots[0]
-    polarity = mark_findings.marks.mark_of(snapshot.main.mark).polarity
+    snapshot = mark_findings.of(MarkFindings).snapshots[0]
+    polarity = mark_findings.of(MarkFindings).mark_of(snapshot.main.mark).polarity
     for role, sign in ((RISING, 1), (FALLING, -1)):
         drawn = lines_of(figure.axes[0], role)
         np.testing.assert_allclose([x[0] for x in drawn], snapshot.main.lines[polarity == sign, 0])
 
 
 def test_the_image_is_drawn_in_its_own_pixels(figure, mark_findings):
-    snapshot = mark_findings.marks.snapshots[0]
+    snapshot = mark_findings.of(MarkFindings).snapshots[0]
     whole = figure.axes[0].images[0]
     assert tuple(whole.get_extent()) == (-0.5, snapshot.width - 0.5, snapshot.height - 0.5, -0.5)
     left, right, top, bottom = snapshot.window
@@ -56,15 +57,15 @@ def test_the_image_is_drawn_in_its_own_pixels(figure, mark_findings):
 
 
 def test_every_edge_of_the_drawn_mark_is_a_step_of_the_brightness(mark_findings):
-    for snapshot in mark_findings.marks.snapshots[:2]:
+    for snapshot in mark_findings.of(MarkFindings).snapshots[:2]:
         columns, brightness = snapshot.profile
-        at, polarity = snapshot.main.lines[:, 0], mark_findings.marks.mark_of(snapshot.main.mark).polarity
+        at, polarity = snapshot.main.lines[:, 0], mark_findings.of(MarkFindings).mark_of(snapshot.main.mark).polarity
         step = np.interp(at + 2.0, columns, brightness) - np.interp(at - 2.0, columns, brightness)
         assert (step * polarity > 100).all()  # bars are 170 grey levels brighter than the board
 
 
 def test_the_ids_stand_in_the_image_and_the_pose_above_it(figure, mark_findings):
-    snapshot = mark_findings.marks.snapshots[0]
+    snapshot = mark_findings.of(MarkFindings).snapshots[0]
     assert [text.get_text() for text in figure.axes[0].texts] == [str(snapshot.main.mark)]
     words = [text.get_text() for text in figure.texts]
     assert pose_in_words(snapshot.main) in words
@@ -82,9 +83,9 @@ def test_the_words_hold_the_numbers_with_their_standard_deviations(marked):
 
 def test_edges_of_no_mark_have_a_colour_of_their_own(mark_findings, marked):
     event = marked.sighting(1, marked.room().marks[0], np.array([0.3, 0.1, 1.2]))
-    roles = edge_roles(replace(event, members=np.array([0, 1, -1, 3, 4, 5, 6, 99])), mark_findings.marks)
+    roles = edge_roles(replace(event, members=np.array([0, 1, -1, 3, 4, 5, 6, 99])), mark_findings.of(MarkFindings))
     assert roles == [RISING, FALLING, UNKNOWN, FALLING, RISING, FALLING, RISING, UNKNOWN]
-    nowhere = replace(mark_findings.marks, marks=None)
+    nowhere = replace(mark_findings.of(MarkFindings), marks=None)
     assert set(edge_roles(event, nowhere)) == {RISING}
 
 
@@ -110,7 +111,9 @@ def test_the_page_holds_the_images_themselves_upright_and_small(figure, mark_fin
     assert len(text) < 300_000
     found = embedded(text)
     wanted = [
-        pixels for s in mark_findings.marks.snapshots for pixels in (s.pixels, *([s.close] if s.is_close else []))
+        pixels
+        for s in mark_findings.of(MarkFindings).snapshots
+        for pixels in (s.pixels, *([s.close] if s.is_close else []))
     ]
     for image, pixels in zip(found, wanted, strict=True):
         assert image.shape == pixels.shape

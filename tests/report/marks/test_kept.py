@@ -15,10 +15,10 @@ def keep(marked):
     """Return what is kept of some events."""
 
     def findings_of(events, marks=None):
-        keeper = MarkKeeper()
+        keeper = MarkKeeper(marks)
         for event in events:
             keeper.take(event)
-        return keeper.build(marks)
+        return keeper.build()
 
     return findings_of
 

@@ -7,6 +7,7 @@ import pytest
 
 from logpose.formats.products import MarkMap
 from logpose.pipelines.report.drawing import LIGHT, drawing
+from logpose.pipelines.report.marks.kept import MarkFindings
 from logpose.pipelines.report.marks.map import (
     DOTS,
     SIGHT_LINES,
@@ -17,7 +18,7 @@ from logpose.pipelines.report.marks.map import (
     magnification,
     mark_places,
 )
-from logpose.pipelines.report.pictures import draw_map, draw_support, support_classes, view_of
+from logpose.pipelines.report.pictures import draw_map, draw_support, support_of, view_of
 
 LENS = np.array([0.1, -0.05])
 
@@ -39,7 +40,7 @@ def test_a_mark_lies_along_its_heading(marked):
 
 def test_the_lens_is_where_the_robot_carries_it(mark_findings):
     """The robot's pose of the sighting and its mount give the same place as the mark and its pose."""
-    marks = mark_findings.marks
+    marks = mark_findings.of(MarkFindings)
     for i in np.flatnonzero(marks.is_used)[::10]:
         x, y, heading = marks.robot[i]
         c, s = np.cos(heading), np.sin(heading)
@@ -49,17 +50,18 @@ def test_the_lens_is_where_the_robot_carries_it(mark_findings):
 
 def test_the_arrow_points_to_where_the_mark_is_seen_from(figure, mark_findings):
     arrows = [c for c in figure.axes[0].collections if hasattr(c, "U")]
-    assert len(arrows) == len(mark_findings.marks.marks)
-    for arrow, mark in zip(arrows, mark_findings.marks.marks.marks, strict=True):
+    assert len(arrows) == len(mark_findings.of(MarkFindings).marks)
+    for arrow, mark in zip(arrows, mark_findings.of(MarkFindings).marks.marks, strict=True):
         toward = np.array([arrow.U[0], arrow.V[0]])
         seen_from = [
-            lens_of(mark_findings.marks, int(i), mark) for i in np.flatnonzero(mark_findings.marks.mark == mark.id)
+            lens_of(mark_findings.of(MarkFindings), int(i), mark)
+            for i in np.flatnonzero(mark_findings.of(MarkFindings).mark == mark.id)
         ]
         assert all(toward @ (lens - mark.pose[:2]) > 0 for lens in seen_from)
 
 
 def test_the_legend_counts_marks_and_images(figure, mark_findings):
-    n = int(mark_findings.marks.is_used.sum())
+    n = int(mark_findings.of(MarkFindings).is_used.sum())
     labels = legend_of(figure)
     assert {"mark, recognised (4 of 5)", "mark, never recognised", f"line of sight ({SIGHT_LINES} of {n})"} <= set(
         labels
@@ -72,7 +74,7 @@ def test_the_legend_counts_marks_and_images(figure, mark_findings):
 def test_lines_of_sight_lead_from_the_lens_to_the_mark(figure, mark_findings):
     (line,) = [line for line in figure.axes[0].lines if line.get_label().startswith("line of sight")]
     ends = np.column_stack(line.get_data()).reshape(-1, 3, 2)[:, :2]
-    places = np.array([mark.pose[:2] for mark in mark_findings.marks.marks.marks])
+    places = np.array([mark.pose[:2] for mark in mark_findings.of(MarkFindings).marks.marks])
     assert len(ends) == SIGHT_LINES
     assert all(np.hypot(*(places - end[1]).T).min() < 1e-9 for end in ends)
     assert all(0.4 < np.hypot(*(end[0] - end[1])) < 1.8 for end in ends)
@@ -88,13 +90,14 @@ def test_marks_that_were_seen_are_in_the_view_however_far(collect, marked):
     assert bottom < 0
     assert top > 30
     far = MarkMap(marks=(mark, marked.mark(2, 0.0, 900.0, 0.0)))
-    assert view_of(replace(found, marks=replace(found.marks, marks=far)))[3] < 50  # one that nobody saw is not
+    assert (
+        view_of(replace(found, kept=[replace(found.of(MarkFindings), marks=far)]))[3] < 50
+    )  # one that nobody saw is not
 
 
 def test_places_of_marks_are_told_apart_by_being_seen(mark_findings):
-    assert len(mark_places(mark_findings.marks, seen=True)) == 2 * 4
-    assert len(mark_places(mark_findings.marks, seen=False)) == 2 * 1
-    assert len(mark_places(None, seen=True)) == 0
+    assert len(mark_places(mark_findings.of(MarkFindings), seen=True)) == 2 * 4
+    assert len(mark_places(mark_findings.of(MarkFindings), seen=False)) == 2 * 1
 
 
 def test_an_ellipse_holds_its_share_of_the_normal_distribution():
@@ -123,7 +126,7 @@ def test_few_of_many_are_chosen_evenly_with_both_ends():
 
 
 def test_a_long_run_makes_no_long_drawing(collect, marked, mark_findings):
-    found = mark_findings.marks
+    found = mark_findings.of(MarkFindings)
     n = 40
     long = replace(
         found,
@@ -137,16 +140,18 @@ def test_a_long_run_makes_no_long_drawing(collect, marked, mark_findings):
     with drawing():
         (dots,) = [
             line
-            for line in draw_map(replace(mark_findings, marks=long)).axes[0].lines
+            for line in draw_map(replace(mark_findings, kept=[long])).axes[0].lines
             if line.get_label().startswith("by one image")
         ]
     assert len(dots.get_xdata()) == DOTS
 
 
 def test_poses_are_sorted_by_whether_an_image_supports_them(mark_findings):
-    (rests, _, _, with_mark), (alone, _, _, without) = support_classes(mark_findings)
+    (rests, _, _, with_mark), (alone, _, _, without) = support_of(mark_findings).classes
     assert (with_mark, without) == ("a mark in the image", "odometry alone")
-    np.testing.assert_array_equal(rests, np.isin(mark_findings.primary.stamps, mark_findings.marks.used_images))
+    np.testing.assert_array_equal(
+        rests, np.isin(mark_findings.primary.stamps, mark_findings.of(MarkFindings).used_images)
+    )
     np.testing.assert_array_equal(alone, ~rests)
     with drawing():
         labels = legend_of(draw_support(mark_findings))

@@ -10,7 +10,8 @@ from logpose.formats.errors import FormatError
 from logpose.formats.events import Summary
 from logpose.formats.marks import write_marks
 from logpose.formats.products import MarkMap
-from logpose.pipelines.report.captions import PICTURES, draw_picture
+from logpose.pipelines.report.contents import PICTURES, draw_picture
+from logpose.pipelines.report.marks.kept import MarkFindings
 from logpose.pipelines.report.page import render_page
 from logpose.pipelines.report.stage import WritePictureParams, WriteReportParams, write_picture, write_report
 from logpose.pipelines.report.verdict import verdict
@@ -62,7 +63,7 @@ def test_the_page_needs_nothing_else_and_its_identifiers_are_unique(page):
 
 
 def test_the_table_of_marks_counts_every_image_once_per_mark(page, mark_findings):
-    marks = mark_findings.marks
+    marks = mark_findings.of(MarkFindings)
     head, *rows = table_of(page, "<h2>Marks</h2>")
     assert head[:4] == ["mark", "images", "ok", "no_mark"]
     assert [row[0] for row in rows] == ["1", "2", "3", "4", "7", "none", "all"]

@@ -8,6 +8,7 @@ import pytest
 from logpose.formats.events import Pose
 from logpose.formats.products import MarkMap
 from logpose.pipelines.report.drawing import LIGHT, drawing, to_svg
+from logpose.pipelines.report.marks.kept import MarkFindings
 from logpose.pipelines.report.marks.series import (
     LEAST_IN_BIN,
     MOST_IDS,
@@ -49,7 +50,7 @@ def test_every_mark_has_a_row_and_so_have_no_mark_and_odometry(strip):
 
 
 def test_a_bar_lasts_as_long_as_the_mark_was_seen(strip, mark_findings):
-    marks = mark_findings.marks
+    marks = mark_findings.of(MarkFindings)
     half = 0.5 * marks.period / 1e9
     seen = (marks.stamps[marks.mark == 3] - mark_findings.start) / 1e9
     ((_, start, end),) = [bar for bar in bars(strip.axes[0], "estimate") if bar[0] == 2]
@@ -58,7 +59,7 @@ def test_a_bar_lasts_as_long_as_the_mark_was_seen(strip, mark_findings):
 
 
 def test_the_bars_of_odometry_lie_between_images_that_are_used(strip, mark_findings):
-    used = (mark_findings.marks.used_images - mark_findings.start) / 1e9
+    used = (mark_findings.of(MarkFindings).used_images - mark_findings.start) / 1e9
     found = bars(strip.axes[0], "none")
     assert {row for row, _, _ in found} == {6}
     for _, start, end in found:
@@ -66,7 +67,7 @@ def test_the_bars_of_odometry_lie_between_images_that_are_used(strip, mark_findi
 
 
 def test_every_sighting_with_a_pose_is_a_dot(strip, mark_findings):
-    marks = mark_findings.marks
+    marks = mark_findings.of(MarkFindings)
     drawn = [line.get_ydata() for line in strip.axes[1].lines if line.get_marker() == "."]
     has_pose = np.isfinite(marks.pose).all(axis=1)
     np.testing.assert_allclose(np.sort(np.concatenate(drawn)), np.sort(marks.distance[has_pose]))
