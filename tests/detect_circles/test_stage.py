@@ -200,7 +200,7 @@ def test_overlays_are_written_for_every_nth_image_and_all_events_forwarded(lamp,
 def test_an_overlay_marks_whole_lamps_green_and_cut_ones_orange(lamp):
     uv, radius, score = np.array([[100.0, 30.0], [3.0, 80.0], [np.nan, 5.0]]), np.array([12.0, 9.0, 5.0]), np.ones(3)
     before = lamp.copy()
-    picture = draw_overlay(lamp, uv, radius, score, np.broadcast_to(0.01 * np.eye(2), (3, 2, 2)))
+    picture = draw_overlay(lamp, uv, radius, score)
     assert picture.shape == (120, 160, 3)
     for (u, v), colour in (((88, 30), GREEN), ((12, 80), ORANGE)):  # on the outlines, smoothed into their ground
         assert np.abs(picture[v, u].astype(int) - colour).sum() < 0.5 * np.abs(lamp[v, u] - np.array(colour)).sum()
