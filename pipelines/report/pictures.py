@@ -82,7 +82,6 @@ def draw_support(findings: Findings) -> "Figure | None":
     figure, axes = _map_axes(view)
     for kind in KINDS:
         kind.under(axes, findings, None)
-    for kind in KINDS:
         kind.over(axes, findings, None)
     poses = len(track)
     for is_in, role, width, words in support.classes:

@@ -10,15 +10,12 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from .scene import Array, Bytes
+from ..canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, Colour, ground, is_drawable, line, write
 
-GREEN, ORANGE, ROW = (80, 220, 60), (0, 150, 255), (200, 90, 230)
-"""Colours: blue, green, red."""
+ROW: Colour = (200, 90, 230)
 DASH_PX = 8
 HIGH_PX = 10
 """Height of letters."""
-_SHIFT = 4  # fractional bits of cv2's drawing functions
-_LIMIT = 1 << 15  # px; beyond it nothing is drawn, and cv2's integers would overflow
 
 
 class Seen(NamedTuple):
@@ -49,19 +46,19 @@ def draw_overlay(grey: Bytes, seen: Sequence[Seen]) -> Bytes:
     Returns:
         (H, W, 3) uint8, blue, green, red.
     """
-    picture: Bytes = np.repeat(grey[:, :, None], 3, axis=2)
-    for row in sorted({item.row for item in seen if abs(item.row) < _LIMIT}):
+    picture = ground(grey)
+    for row in sorted({item.row for item in seen if abs(item.row) < LIMIT_PX}):
         for start in range(0, picture.shape[1], 2 * DASH_PX):
-            _line(picture, np.array([[start, row], [start + DASH_PX - 1, row]]), ROW)
+            line(picture, np.array([start, row]), np.array([start + DASH_PX - 1, row]), ROW)
     for item in seen:
         ends = ends_of(item)
-        ends = ends[np.isfinite(ends).all(axis=(1, 2)) & (np.abs(ends) < _LIMIT).all(axis=(1, 2))]
+        ends = ends[is_drawable(ends).all(axis=1)]
         colour = GREEN if item.status == "ok" else ORANGE
-        for line in ends:
-            _line(picture, line, colour)
+        for start, end in ends:
+            line(picture, start, end, colour)
         if len(ends):
-            _write(picture, words(item), ends.reshape(-1, 2).min(axis=0), colour)
-    return np.asarray(picture, dtype=np.uint8)
+            _write_above(picture, words(item), ends.reshape(-1, 2).min(axis=0), colour)
+    return picture
 
 
 def words(item: Seen) -> str:
@@ -80,16 +77,11 @@ def ends_of(item: Seen) -> Array:
     return np.stack([at[:, None] + slope[:, None] * (rows - item.row), rows], axis=2)
 
 
-def _line(picture: Bytes, ends: Array, colour: tuple[int, int, int]) -> None:
-    start, end = ((round(float(u) * (1 << _SHIFT)), round(float(v) * (1 << _SHIFT))) for u, v in ends)
-    cv2.line(picture, start, end, colour, 1, cv2.LINE_AA, _SHIFT)
-
-
-def _write(picture: Bytes, text: str, place: Array, colour: tuple[int, int, int]) -> None:
+def _write_above(picture: Bytes, text: str, place: Array, colour: Colour) -> None:
     """Write text above a place, inside the picture, on a dark ground."""
     height, width = picture.shape[:2]
     (wide, _), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_PLAIN, 0.9, 1)
     x = int(np.clip(place[0], 0, max(0, width - wide - 2)))
     y = int(np.clip(place[1] - 5, HIGH_PX, max(HIGH_PX, height - below - 1)))
     cv2.rectangle(picture, (x - 1, y - HIGH_PX - 1), (x + wide + 1, y + below), (30, 30, 30), -1)
-    cv2.putText(picture, text, (x, y), cv2.FONT_HERSHEY_PLAIN, 0.9, colour, 1, cv2.LINE_AA)
+    write(picture, text, (x, y), colour)
