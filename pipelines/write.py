@@ -1,17 +1,23 @@
 """Stages that write what was found; they forward everything, so they may stand anywhere in a pipeline."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from ..formats.errors import ConfigError
-from ..formats.events import Event, MarkSighting, Notice, Pose, Sightings, Summary
+from ..formats.events import Bytes, Event, Image, MarkSighting, Notice, Pose, Sightings, Summary
 from ..formats.files import replacing_text
+from ..formats.images import DamagedImage, grey
 from ..formats.mark_poses import HEADER as MARK_POSES_HEADER
 from ..formats.mark_poses import mark_pose_line, mark_pose_to_json
+from ..formats.png import write_png
 from ..formats.sightings import HEADER, sightings_line
 from ..formats.trajectory_csv import CsvWriter
 from ..formats.tum import TumWriter
 from .engine.params import Field, OutputPath, Params
+
+S = TypeVar("S", bound=Event)
 
 
 class WriteTrajectoryParams(Params):
@@ -54,18 +60,7 @@ def write_sightings(events: Iterator[Event], params: WriteSightingsParams) -> It
     Raises:
         ConfigError: there was no image.
     """
-    with replacing_text(params.path) as file:
-        n = 0
-        for event in events:
-            yield event
-            if isinstance(event, Sightings) and event.source == params.source:
-                file.write(sightings_line(event) if n else HEADER + sightings_line(event))
-                n += 1
-        if n == 0:
-            raise ConfigError(
-                f"{params.source}: there are no images in this log, or in this part of it. "
-                "Name their topic with --topic image=/NAME."
-            )
+    yield from _lines(events, Sightings, params.source, sightings_line, header=HEADER, path=params.path)
 
 
 class WriteMarkPosesParams(Params):
@@ -84,20 +79,74 @@ def write_mark_poses(events: Iterator[Event], params: WriteMarkPosesParams) -> I
     """
     poses: list[Mapping[str, object]] = []
     is_kept = params.in_report and params.path != "-"  # a stream leaves no report
-    n = stamp = 0
-    with replacing_text(params.path) as file:
-        for event in events:
-            yield event
-            stamp = event.stamp
-            if isinstance(event, MarkSighting) and event.source == params.source:
-                file.write(mark_pose_line(event) if n else MARK_POSES_HEADER + mark_pose_line(event))
-                n += 1
-                if is_kept:
-                    poses.append({key: value for key, value in mark_pose_to_json(event).items() if key != "edges"})
-        if n == 0:
-            raise ConfigError(
-                f"{params.source}: there are no images in this log, or in this part of it. "
-                "Name their topic with --topic image=/NAME."
-            )
+    stamp = 0
+    for event in _lines(
+        events, MarkSighting, params.source, mark_pose_line, header=MARK_POSES_HEADER, path=params.path
+    ):
+        yield event
+        stamp = event.stamp
+        if is_kept and isinstance(event, MarkSighting) and event.source == params.source:
+            poses.append({key: value for key, value in mark_pose_to_json(event).items() if key != "edges"})
     if is_kept:
         yield Summary(stamp=stamp, source="poses", values=poses)
+
+
+def overlays(
+    events: Iterator[Event],
+    kind: type[S],
+    source: str,
+    draw: Callable[[Bytes, Sequence[S]], Bytes],
+    *,
+    folder: str,
+    every: int,
+) -> Iterator[Event]:
+    """Write a picture per image with what a stage saw in it; the rest of a stage that draws over images.
+
+    Args:
+        events: what passes; sightings have the stamp of their image and follow it.
+        kind: of the sightings.
+        source: name of the stage that made them.
+        draw: from an image (H, W) and its sightings, at least one, to a picture (H, W, 3) blue, green, red.
+        folder: where the pictures go, named by the stamps of the images.
+        every: write every n-th only of the images that have sightings.
+    """
+    image: Image | None = None
+    seen: list[S] = []
+    n = 0
+
+    def write() -> None:
+        if image is not None and seen and n % every == 0:
+            with suppress(DamagedImage):  # the stage that looked at it has said so
+                write_png(Path(folder) / f"{image.stamp}.png", draw(grey(image), seen))
+
+    for event in events:
+        if isinstance(event, Image):
+            write()
+            n += bool(seen)
+            image, seen = event, []
+        elif isinstance(event, kind) and event.source == source and image is not None and event.stamp == image.stamp:
+            seen.append(event)
+        yield event
+    write()
+
+
+def _lines(
+    events: Iterator[Event], kind: type[S], source: str, line: Callable[[S], str], *, header: str, path: str
+) -> Iterator[Event]:
+    """Write one line per sighting of a stage.
+
+    Raises:
+        ConfigError: there was none, so there was no image.
+    """
+    n = 0
+    with replacing_text(path) as file:
+        for event in events:
+            yield event
+            if isinstance(event, kind) and event.source == source:
+                file.write(line(event) if n else header + line(event))
+                n += 1
+        if n == 0:
+            raise ConfigError(
+                f"{source}: there are no images in this log, or in this part of it. "
+                "Name their topic with --topic image=/NAME."
+            )

@@ -1,9 +1,7 @@
 """The stages ``detect-circles`` and ``write-overlays``: events to arrays and back."""
 
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
-from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -14,11 +12,11 @@ from ...formats.errors import ConfigError
 from ...formats.events import NO_ID, Event, Image, Mount, Notice, Sightings
 from ...formats.images import DamagedImage, grey
 from ...formats.landmarks import read_landmarks
-from ...formats.png import write_png
 from ..engine.stage import per_message
 from ..geometry.mount import upward
 from ..geometry.so3 import as_matrix
 from ..images import camera_of, check_size, damaged_image, no_calibration
+from ..write import overlays
 from . import paper
 from .detect import Array, Bytes, Circles, Plane, Search, find_circles
 from .overlay import draw_overlay
@@ -72,18 +70,11 @@ def detect_circles(event: Image, params: DetectCirclesParams) -> Iterable[Event]
 
 def write_overlays(events: Iterator[Event], params: WriteOverlaysParams) -> Iterator[Event]:
     """Write a picture per image with what ``detect-circles`` found in it."""
-    image: Image | None = None
-    n = 0
-    for event in events:
-        yield event
-        if isinstance(event, Image):
-            image = event
-        elif isinstance(event, Sightings) and event.source == NAME and image is not None:
-            if n % params.every == 0 and image.stamp == event.stamp:
-                with suppress(DamagedImage):  # detect-circles has said so
-                    picture = draw_overlay(grey(image), event.uv, event.radius, event.score)
-                    write_png(Path(params.path) / f"{event.stamp}.png", picture)
-            n += 1
+
+    def drawn(pixels: Bytes, seen: Sequence[Sightings]) -> Bytes:
+        return draw_overlay(pixels, seen[0].uv, seen[0].radius, seen[0].score)
+
+    yield from overlays(events, Sightings, NAME, drawn, folder=params.path, every=params.every)
 
 
 _NOTHING, _ANY = np.zeros((0, 0), np.uint8), Search(4.0, 8.0)

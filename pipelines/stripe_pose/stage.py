@@ -1,9 +1,7 @@
 """The stages ``stripe-pose`` and ``write-mark-overlays``: events to arrays and back."""
 
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import suppress
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -13,10 +11,10 @@ from ...formats.errors import ConfigError, FormatError
 from ...formats.events import NO_ID, Array, Event, Image, Imu, JointState, MarkSighting, Notice, Summary
 from ...formats.images import DamagedImage, grey
 from ...formats.marks import read_marks
-from ...formats.png import write_png
 from ..geometry.camera import Camera
 from ..geometry.mount import robot_tilt
 from ..images import camera_of, check_size, damaged_image, no_calibration, no_images, topic_of
+from ..write import overlays
 from .attitude import Looking, Stated, Turned, expected, looking_of
 from .method import find_marks
 from .overlay import Seen, draw_overlay
@@ -299,25 +297,13 @@ class _Finder:
 
 def write_mark_overlays(events: Iterator[Event], params: WriteMarkOverlaysParams) -> Iterator[Event]:
     """Write a picture per image with the marks that ``stripe-pose`` found in it."""
-    image: Image | None = None
-    seen: list[Seen] = []
-    n = 0
 
-    def draw() -> None:
-        if image is not None and seen and n % params.every == 0:
-            with suppress(DamagedImage):  # stripe-pose has said so
-                write_png(Path(params.path) / f"{image.stamp}.png", draw_overlay(grey(image), seen))
+    def drawn(pixels: Bytes, seen: Sequence[MarkSighting]) -> Bytes:
+        names = ["" if s.mark == NO_ID else str(s.mark) for s in seen]
+        rows = zip(names, seen, strict=True)
+        return draw_overlay(pixels, [Seen(name, s.status, s.pose, s.lines, s.row) for name, s in rows])
 
-    for event in events:
-        if isinstance(event, Image):
-            draw()
-            n += bool(seen)
-            image, seen = event, []
-        elif isinstance(event, MarkSighting) and event.source == params.source and image is not None:
-            name = "" if event.mark == NO_ID else str(event.mark)
-            seen.append(Seen(name, event.status, event.pose, event.lines, event.row))
-        yield event
-    draw()
+    yield from overlays(events, MarkSighting, params.source, drawn, folder=params.path, every=params.every)
 
 
 def _search_of(p: StripePoseParams) -> Search:
