@@ -24,6 +24,13 @@ NO_ID = -1
 """The id of a sighting whose landmark is not known; ids of landmarks are 0 or greater."""
 
 
+TRUTH, TRUE_SIGHTINGS = "truth", "true_sightings"
+"""Roles of what is known better than by any estimate."""
+
+INITIAL_POSE, LOGGED_POSE = "initial_pose", "pose"
+"""Roles of the pose to start from, and of the poses that another program had logged."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Event:
     """Anything with a time.

@@ -3,7 +3,7 @@
 import heapq
 from collections.abc import Iterable, Iterator
 
-from ..formats.events import Event, Pose
+from ..formats.events import TRUTH, Event, Pose
 from ..formats.sightings import read_sightings as lines_of
 from ..formats.trajectory import read_trajectory
 from .engine.params import Field, InputPath, Params
@@ -32,7 +32,7 @@ def read_truth(events: Iterator[Event], params: ReadTruthParams) -> Iterator[Eve
     truth = (
         Pose(
             stamp=int(stamp),
-            source="truth",
+            source=TRUTH,
             frame_id=reference.frame_id,
             position=position,
             orientation=orientation,

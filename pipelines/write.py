@@ -80,13 +80,15 @@ def write_mark_poses(events: Iterator[Event], params: WriteMarkPosesParams) -> I
     poses: list[Mapping[str, object]] = []
     is_kept = params.in_report and params.path != "-"  # a stream leaves no report
     stamp = 0
-    for event in _lines(
-        events, MarkSighting, params.source, mark_pose_line, header=MARK_POSES_HEADER, path=params.path
-    ):
+
+    def line(event: MarkSighting) -> str:
+        if is_kept:
+            poses.append({key: value for key, value in mark_pose_to_json(event).items() if key != "edges"})
+        return mark_pose_line(event)
+
+    for event in _lines(events, MarkSighting, params.source, line, header=MARK_POSES_HEADER, path=params.path):
         yield event
         stamp = event.stamp
-        if is_kept and isinstance(event, MarkSighting) and event.source == params.source:
-            poses.append({key: value for key, value in mark_pose_to_json(event).items() if key != "edges"})
     if is_kept:
         yield Summary(stamp=stamp, source="poses", values=poses)
 

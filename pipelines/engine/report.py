@@ -62,12 +62,7 @@ def messages_json(log: Log) -> dict[str, object]:
 
 def report_json(result: Result, command: Sequence[str]) -> str:
     """Render ``report.json``."""
-    return dump_json(as_mapping(result, command)) + "\n"
-
-
-def as_mapping(result: Result, command: Sequence[str]) -> dict[str, object]:
-    """Build the content of ``report.json``."""
-    return {
+    content = {
         "schema": SCHEMA,
         "logpose": __version__,
         "command": list(command),
@@ -107,6 +102,7 @@ def as_mapping(result: Result, command: Sequence[str]) -> dict[str, object]:
         },
         "result": {key: values for key, values in result.results.items() if key != "run"},
     }
+    return dump_json(content) + "\n"
 
 
 def input_files(result: Result) -> list[InputFile]:

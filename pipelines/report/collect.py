@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-from ...formats.events import Event, Notice, Pose, Summary
+from ...formats.events import INITIAL_POSE, TRUTH, Event, Notice, Pose, Summary
 from .findings import Findings
 from .kind import Maps
 from .kinds import KINDS
-from .track import START_POSE, TRUTH, TrackBuilder
+from .track import TrackBuilder
 
 
 class Collector:
@@ -21,7 +21,7 @@ class Collector:
     def take(self, event: Event) -> None:
         """Keep what is needed of one event."""
         match event:
-            case Pose() if event.source != START_POSE:
+            case Pose() if event.source != INITIAL_POSE:
                 self._tracks.setdefault(event.source, TrackBuilder(event.source)).add(event)
             case Summary(values=Mapping() as values):
                 self._results[event.source] = values

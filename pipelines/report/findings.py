@@ -71,7 +71,7 @@ class Findings:
     @property
     def evaluation(self) -> Mapping[str, object]:
         """What an evaluation against the truth found; empty when there was none."""
-        return next((self.results[name] for name in ("evaluation", "evaluate") if name in self.results), {})
+        return self.results.get("evaluation", {})
 
     @property
     def aligned_by(self) -> str:

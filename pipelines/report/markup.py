@@ -5,8 +5,6 @@ from html import escape
 
 from .tables import Column, Row, format_cell, is_right
 
-__all__ = ["escape", "figure", "preformatted", "section", "table"]
-
 
 def section(title: str, *parts: str) -> str:
     """Put a heading over parts that are HTML already; nothing when all are empty."""

@@ -6,19 +6,20 @@ the tables, the pipeline as it ran, and what it was made from. No clock is read 
 
 import re
 from collections.abc import Mapping
+from html import escape
 
 from ... import __version__
 from .contents import PICTURES
 from .drawing import DARK, LIGHT, drawing, to_svg
 from .findings import Findings
 from .kinds import KINDS
-from .markup import escape, figure, preformatted, section
+from .markup import figure, preformatted, section
 from .page_tables import (
     counts_table,
     evaluation_tables,
     inputs_table,
     notices_table,
-    parameters_table,
+    topics_table,
     waypoints_table,
 )
 from .verdict import verdict
@@ -78,7 +79,7 @@ def render_page(findings: Findings, *, title: str = "logpose report") -> str:
         section("Way points", waypoints_table(findings)),
         section("Results", *evaluation_tables(findings)),
         section("Messages", counts_table(findings)),
-        section("Parameters", parameters_table(findings), preformatted(pipeline) if isinstance(pipeline, str) else ""),
+        section("Parameters", topics_table(findings), preformatted(pipeline) if isinstance(pipeline, str) else ""),
         section("Made from", inputs_table(findings)),
         f"<footer>logpose {escape(__version__)}</footer>",
     ]

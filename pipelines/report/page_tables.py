@@ -22,7 +22,6 @@ UNITS = {
 }
 """Last part of a key -> unit."""
 
-_SKIPPED = {"run"}
 _RUN_SHOWN_ELSEWHERE = {"pipeline", "messages", "inputs", "topics", "stages"}
 
 
@@ -77,7 +76,7 @@ def evaluation_tables(findings: Findings) -> list[str]:
     """Render what the stages summed up, one table each, under the keys they have in ``report.json``."""
     found = [_status_table(findings)]
     for source, values in findings.results.items():
-        if source in _SKIPPED:
+        if source == "run":
             continue
         rows = [
             {"key": key, "value": value, "unit": unit_of(key)}
@@ -115,12 +114,12 @@ def counts_table(findings: Findings) -> str:
     for topic, counts in messages.items():
         told = counts if isinstance(counts, Mapping) else {}
         why = told.get("why")
-        reasons = ", ".join(f"{word}: {n}" for word, n in why.items()) if isinstance(why, Mapping) else why
-        rows.append({"topic": topic, **told, "why": reasons or ""})
+        reasons = ", ".join(f"{word}: {n}" for word, n in why.items()) if isinstance(why, Mapping) else ""
+        rows.append({"topic": topic, **told, "why": reasons})
     return table(rows, [Column(key) for key in ("topic", "announced", "read", "used", "dropped", "why")])
 
 
-def parameters_table(findings: Findings) -> str:
+def topics_table(findings: Findings) -> str:
     """Render which topic played which part."""
     topics = findings.results.get("run", {}).get("topics")
     if not isinstance(topics, Mapping):
@@ -132,12 +131,7 @@ def inputs_table(findings: Findings) -> str:
     """Render what was read, and whatever else the run says of itself."""
     run = findings.results.get("run", {})
     inputs = run.get("inputs")
-    rows: list[dict[str, object]] = []
-    for item in inputs if isinstance(inputs, Sequence) and not isinstance(inputs, str) else []:
-        if isinstance(item, Mapping):
-            rows += [{"key": f"input.{key}", "value": value} for key, value in item.items()]
-        else:
-            rows.append({"key": "input", "value": item})
+    rows = [{"key": "input", "value": name} for name in inputs] if isinstance(inputs, list) else []
     rest = {key: value for key, value in run.items() if key not in _RUN_SHOWN_ELSEWHERE}
     rows += [{"key": key, "value": value} for key, value in flatten(rest)]
     return table(rows, [Column("key", "what"), Column("value", "value")])

@@ -22,14 +22,14 @@ from dataclasses import replace
 import numpy as np
 
 from ...formats.encode import TF_MESSAGE, header, pose_fields
-from ...formats.events import Event, Notice, Odometry, Pose, Summary
+from ...formats.events import INITIAL_POSE, TRUTH, Event, Notice, Odometry, Pose, Summary
 from ...formats.foxglove import LOG, log_line
 from ...formats.write_log import LogWriter, create_log
 from ..engine.params import Field, InputPath, OutputPath, Params
 from ..engine.report import dump_json
 from .frames import FrameTree, Placed, Rigid
 from .kinds import KINDS, read_maps
-from .track import DEAD_RECKON, START_POSE, TRUTH
+from .track import DEAD_RECKON
 
 
 class WriteLogParams(Params):
@@ -72,7 +72,7 @@ class _Recorder:
         match event:
             case Odometry():
                 self._odometry(event)
-            case Pose() if event.source != START_POSE:
+            case Pose() if event.source != INITIAL_POSE:
                 self._pose(event)
             case Notice():
                 self.log.write_message("/notices", LOG, event.stamp, log_line(event))

@@ -11,15 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...formats.events import Array, Pose
+from ...formats.events import LOGGED_POSE, Array, Pose
 from ..geometry.angles import yaw_from_quaternion
 
-TRUTH = "truth"
-START_POSE = "initial_pose"
 DEAD_RECKON = "dead-reckon"
-TRUE_SIGHTINGS = "true_sightings"
-LOGGED = "pose"
-"""Poses that another program had logged."""
 
 LONGEST_PAUSE_NS = 2_000_000_000
 """Poses farther apart in time than this, and than ten of their usual steps, are not joined by a line [ns]."""
@@ -65,7 +60,7 @@ class Track:
 def primary_of(estimates: Mapping[str, Track]) -> Track | None:
     """Return the first track that was estimated from more than odometry, or the first."""
     tracks = list(estimates.values())
-    others = (track for track in tracks if track.source not in {DEAD_RECKON, LOGGED})
+    others = (track for track in tracks if track.source not in {DEAD_RECKON, LOGGED_POSE})
     return next(others, tracks[0] if tracks else None)
 
 

@@ -31,7 +31,7 @@ def test_poses_that_could_not_be_compared_are_told(collect, make):
     events = [
         make.pose(1, 0.0, 0.0, 0.0),
         make.pose(2, 0.0, 0.0, 0.0),
-        Summary(stamp=2, source="evaluate", values=values),
+        Summary(stamp=2, source="evaluation", values=values),
     ]
     found = verdict(collect(events))
     assert "2.0 cm off (RMSE; at most 0.10 m) and 0.57° in heading, known for 7 of 9 poses" in found

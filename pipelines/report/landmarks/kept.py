@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ....formats.events import NO_ID, Event, Sightings
+from ....formats.events import NO_ID, TRUE_SIGHTINGS, Event, Sightings
 from ....formats.products import LandmarkMap
-from ..track import TRUE_SIGHTINGS, Stamps, Track
+from ..track import Stamps, Track
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....formats.events import Event, Sightings
+from ....formats.events import TRUE_SIGHTINGS, Event, Sightings
 from ....formats.foxglove import IMAGE_ANNOTATIONS, SCENE_UPDATE, image_annotations, landmark_scene
 from ....formats.products import LandmarkMap
 from ....formats.write_log import LogWriter
-from ..track import TRUE_SIGHTINGS
 
 
 class LandmarkRecorder:
