@@ -11,6 +11,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import tables
+
 HERE = Path(__file__).parent
 METHODS = ("paper", "best")
 
@@ -51,7 +53,7 @@ def one_run(seed: int, work: Path) -> None:
         print(f"drive {seed}, {method}: rmse {ate['rmse_m']:.4f} m, max {ate['max_m']:.4f} m", flush=True)
 
 
-def main() -> None:
+def main() -> int:
     """Run what is missing, then print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=5)
@@ -63,8 +65,8 @@ def main() -> None:
         list(pool.map(lambda seed: one_run(seed, args.work), range(1, args.runs + 1)))
     folders = {method: [args.work / f"{method}{seed}" for seed in range(1, args.runs + 1)] for method in METHODS}
     words = [word for method in METHODS for word in (f"--{method}", *map(str, folders[method]))]
-    subprocess.run([sys.executable, str(HERE / "tables.py"), *words], check=True)
+    return tables.main(words)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

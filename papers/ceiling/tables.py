@@ -94,8 +94,7 @@ def _waypoint_lists(node: object) -> Iterator[list[dict[str, Any]]]:
     if isinstance(node, Mapping):
         if isinstance(node.get("waypoints"), list) and node["waypoints"]:
             yield node["waypoints"]
-        for key in ("evaluate", "evaluation"):
-            yield from _waypoint_lists(node.get(key))
+        yield from _waypoint_lists(node.get("evaluation"))
 
 
 def paper_run(paper: Mapping[str, Any], *, is_corrected: bool) -> Run:
