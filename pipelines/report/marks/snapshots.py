@@ -18,7 +18,7 @@ import numpy as np
 from ....formats.events import Array, Bytes, Image, MarkSighting
 from ....formats.images import DamagedImage, grey
 
-Kind: TypeAlias = Literal["typical", "worst", "refused"]
+Choice: TypeAlias = Literal["typical", "worst", "refused"]
 
 CANDIDATES = 8
 """Most images kept to choose the typical one from."""
@@ -51,7 +51,7 @@ class Snapshot:
         sightings: all of this image.
     """
 
-    kind: Kind
+    kind: Choice
     of: int
     stamp: int
     width: int
@@ -119,7 +119,7 @@ class SnapshotKeeper:
 
     def chosen(self) -> tuple[Snapshot, ...]:
         """Return the images to show, no image twice."""
-        found: list[tuple[Kind, int, _View]] = []
+        found: list[tuple[Choice, int, _View]] = []
         if self._regular:
             median = float(np.median(self._scores))
             usual = min(self._regular, key=lambda c: abs(c.score - median))
@@ -146,7 +146,8 @@ class _View:
     main: MarkSighting
     sightings: tuple[MarkSighting, ...]
 
-    def snapshot(self, kind: Kind, of: int) -> Snapshot:
+    def snapshot(self, kind: Choice, of: int) -> Snapshot:
+        """Return what is drawn of it."""
         return Snapshot(
             kind=kind, of=of, stamp=self.main.stamp, width=self.size[0], height=self.size[1], pixels=self.pixels,
             close=self.close, window=self.window, profile=self.profile, main=self.main, sightings=self.sightings,
