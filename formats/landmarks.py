@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import FormatError
+from .errors import ConfigError, FormatError
 from .events import Array
 from .files import replacing_text
 from .products import LandmarkMap
@@ -79,6 +79,19 @@ def write_landmarks(landmarks: LandmarkMap, path: str | Path) -> None:
                 triangle = landmarks.covariances[i][np.triu_indices(3)]
                 cov = f", cov_m2: [{', '.join(yaml_float(v) for v in triangle)}]"
             stream.write(f"  - {{id: {int(identity)}, x_m: {x}, y_m: {y}, z_m: {z}{cov}}}\n")
+
+
+def convert_landmarks(source: str, target: str) -> None:
+    """Read a landmark map, write it in the format that the suffix of the target names (YAML without one).
+
+    Raises:
+        ConfigError: no format has this suffix.
+        FormatError: as ``read_landmarks``.
+    """
+    suffix = Path(target).suffix
+    if suffix not in {".yaml", ".yml", ".csv", ""}:
+        raise ConfigError(f"{target}: no landmark map has the suffix {suffix!r}. Use .yaml or .csv.")
+    write_landmarks(read_landmarks(source), target)
 
 
 class _Row:

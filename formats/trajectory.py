@@ -6,12 +6,33 @@ import numpy as np
 
 from .errors import ConfigError, FormatError
 from .euroc import parse_euroc
-from .kitti import find_times, parse_kitti
+from .kitti import find_times, parse_kitti, write_kitti
 from .poses import check_trajectory
 from .products import Trajectory
 from .text import text_lines
-from .trajectory_csv import parse_trajectory_csv
-from .tum import parse_tum
+from .trajectory_csv import parse_trajectory_csv, write_trajectory_csv
+from .tum import parse_tum, write_tum
+
+_WRITERS = {
+    ".tum": write_tum,
+    ".txt": write_tum,
+    ".csv": write_trajectory_csv,
+    ".kitti": write_kitti,
+    "": write_tum,
+}
+
+
+def convert_trajectory(source: str, target: str) -> None:
+    """Read any trajectory, write it in the format that the suffix of the target names (TUM without one).
+
+    Raises:
+        ConfigError: no format has this suffix.
+        FormatError: as ``read_trajectory``.
+    """
+    suffix = Path(target).suffix
+    if suffix not in _WRITERS:
+        raise ConfigError(f"{target}: no trajectory format has the suffix {suffix!r}. Use .tum, .csv or .kitti.")
+    _WRITERS[suffix](read_trajectory(source, allow_repeats=False), target)
 
 
 def read_trajectory(spec: str | Path, *, allow_repeats: bool = True) -> Trajectory:

@@ -1,12 +1,15 @@
 """The rules of the house: layers, packages, lengths, names, stages, parameters, help and docs."""
 
 import ast
+import importlib
+import inspect
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from logpose.cli.main import COMMANDS, group
+from logpose.formats.conversions import CONVERSIONS
 from logpose.pipelines.catalog import PIPELINES, STAGES
 from logpose.pipelines.engine.stage import load_stage
 
@@ -189,6 +192,23 @@ def test_bundled_pipelines_are_installed_and_bind(name):
     data = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
     assert "*.yaml" in data["*"]
     assert name in COMMANDS
+
+
+@pytest.mark.parametrize("kind", sorted(CONVERSIONS))
+def test_conversions_resolve_and_are_documented(kind):
+    module, _, name = CONVERSIONS[kind].function.partition(":")
+    function = getattr(importlib.import_module(f"logpose.formats.{module}"), name)
+    assert "Raises:" in function.__doc__
+    keywords = inspect.signature(function).parameters
+    assert {k: keywords[k].default for k in list(keywords)[2:]} == {
+        k: option.default for k, option in CONVERSIONS[kind].options.items()
+    }, "the flags are not the keywords"
+    assert f"\n| `{kind}` | " in (ROOT / "docs" / "convert.md").read_text()
+
+
+def test_no_two_kinds_have_an_option_of_one_name():
+    names = [name for conversion in CONVERSIONS.values() for name in conversion.options]
+    assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize("name", sorted(COMMANDS))

@@ -77,7 +77,7 @@ def convert_dlr_circles(source: str | Path, out_path: str | Path) -> Imported:
         f"chi2 is {solution.chi2:.0f} for {solution.dof} degrees of freedom after {solution.iterations} iterations",
         "there are no stamps: steps are taken to last one second",
     )
-    return Imported(*written, counts, remarks)
+    return Imported(written, counts, remarks)
 
 
 def circles_file(source: Path) -> Path:

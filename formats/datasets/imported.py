@@ -22,23 +22,22 @@ class Imported:
     """Files written and what a person should know of them.
 
     Attributes:
-        log: the log.
-        landmarks: the true map.
-        truth: the true trajectory (TUM).
+        files: the log first, then what was written beside it.
         counts: what was written, what was left out or repaired, by name.
         remarks: one line each.
     """
 
-    log: Path
-    landmarks: Path
-    truth: Path
+    files: tuple[Path, ...]
     counts: Mapping[str, int]
     remarks: tuple[str, ...] = ()
 
     def lines(self) -> list[str]:
         """Return the report, line by line."""
-        files = [f"wrote {path}" for path in (self.log, self.landmarks, self.truth)]
-        return [*files, *(f"{count} {name}" for name, count in self.counts.items()), *self.remarks]
+        return [
+            *(f"wrote {path}" for path in self.files),
+            *(f"{count} {name}" for name, count in self.counts.items()),
+            *self.remarks,
+        ]
 
 
 def write_all(

@@ -29,6 +29,10 @@ from .imported import Imported, Stamps, initial_pose, true_poses, true_trajector
 from .mrclam_files import Measurements, read_barcodes, read_measurements, read_odometry, read_posts, read_truth
 
 N_ROBOTS = 5
+ODOMETRY_SHIFT_NS = 200_000_000
+SIGHTINGS_SHIFT_NS = -50_000_000
+"""What brings the stamps of commands and of sightings onto the clock of the truth."""
+
 RANGE_SIGMA_M = 0.035
 RANGE_SIGMA_SHARE = 0.148
 BEARING_SIGMA_RAD = 0.017
@@ -41,14 +45,7 @@ SWAP_RATIO = 0.25
 """Two posts were swapped if the median sighting of each lies this much nearer to the other."""
 
 
-def convert_mrclam(
-    source: str | Path,
-    out_path: str | Path,
-    *,
-    robot: int = 1,
-    odometry_shift_s: float = 0.20,
-    sightings_shift_s: float = -0.05,
-) -> Imported:
+def convert_mrclam(source: str | Path, out_path: str | Path, *, robot: int = 1) -> Imported:
     """Write the log of one robot, ``<stem>.landmarks.yaml`` and ``<stem>.truth.tum`` beside it.
 
     The log begins with the first command that the truth covers; ``/initialpose`` is the truth there.
@@ -57,8 +54,6 @@ def convert_mrclam(
         source: folder of one set as published (``Barcodes.dat``, ``Landmark_Groundtruth.dat``, ``Robot1_*.dat``).
         out_path: log to write, ``.mcap`` or ``.bag``.
         robot: 1 to 5.
-        odometry_shift_s: added to the stamps of commands.
-        sightings_shift_s: added to the stamps of sightings.
 
     Raises:
         ConfigError: there is no such robot.
@@ -74,8 +69,8 @@ def convert_mrclam(
     truth[:, 2] = without_spikes(truth[:, 2], counts)
     stamps, speeds = read_odometry(folder / f"Robot{robot}_Odometry.dat", counts)
     seen = read_measurements(folder / f"Robot{robot}_Measurement.dat", subjects, counts)
-    stamps = stamps + round(odometry_shift_s * 1e9)
-    seen = replace(seen, stamps=seen.stamps + round(sightings_shift_s * 1e9))
+    stamps = stamps + ODOMETRY_SHIFT_NS
+    seen = replace(seen, stamps=seen.stamps + SIGHTINGS_SHIFT_NS)
 
     swaps = swapped_posts(seen, landmarks, truth_stamps, truth)
     seen = replace(seen, subjects=np.array([swaps.get(i, i) for i in seen.subjects.tolist()], dtype=np.int64))
@@ -104,7 +99,7 @@ def convert_mrclam(
     }
     pairs = sorted({(min(a, b), max(a, b)) for a, b in swaps.items()})
     remarks = [f"barcodes of posts {a} and {b} are swapped in the file; corrected" for a, b in pairs]
-    return Imported(*written, totals | dict(counts), tuple(remarks))
+    return Imported(written, totals | dict(counts), tuple(remarks))
 
 
 def odometry(stamps: Stamps, speeds: Array) -> list[Odometry]:

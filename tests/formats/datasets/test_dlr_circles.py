@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from logpose.formats.datasets import IMPORTERS
+from logpose.formats.datasets.dlr_circles import convert_dlr_circles
 from logpose.formats.errors import FormatError
 from logpose.formats.events import NO_ID, Odometry, Pose, Sightings
 from logpose.formats.landmarks import read_landmarks
@@ -38,8 +38,8 @@ def write_circles(path, *, noise=0.0, n=12):
 def converted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dlr")
     end = write_circles(folder / "map.circles")
-    imported = IMPORTERS["dlr-circles"](folder, folder / "d.mcap")
-    return imported, list(open_log([imported.log], ROLES)), end
+    imported = convert_dlr_circles(folder, folder / "d.mcap")
+    return imported, list(open_log([imported.files[0]], ROLES)), end
 
 
 def of(events, kind, source):
@@ -55,25 +55,25 @@ def test_forward_is_x_left_is_y_and_turns_are_counterclockwise(converted):
 
 def test_map_and_trajectory_of_exact_data_are_exact(converted):
     imported, _, end = converted
-    landmarks = read_landmarks(imported.landmarks)
+    landmarks = read_landmarks(imported.files[1])
     assert landmarks.ids.tolist() == [10, 11, 12, 13]
     np.testing.assert_allclose(landmarks.positions[:, :2], CIRCLES, atol=1e-9)
-    truth = read_tum(imported.truth)
+    truth = read_tum(imported.files[2])
     np.testing.assert_allclose(truth.positions[-1, :2], end[:2], atol=1e-9)
 
 
 def test_least_squares_is_nearer_than_the_odometry(tmp_path):
     end = write_circles(tmp_path / "map.circles", noise=0.01, n=60)
-    imported = IMPORTERS["dlr-circles"](tmp_path / "map.circles", tmp_path / "d.mcap")
-    truth = read_tum(imported.truth)
-    odometry = list(open_log([imported.log], {"odometry": "auto"}))
+    imported = convert_dlr_circles(tmp_path / "map.circles", tmp_path / "d.mcap")
+    truth = read_tum(imported.files[2])
+    odometry = list(open_log([imported.files[0]], {"odometry": "auto"}))
     drift = np.linalg.norm(odometry[-1].position[:2] - end[:2])
     assert np.linalg.norm(truth.positions[-1, :2] - end[:2]) < drift / 3
     # The first pose fixes the frame, so the error of the first steps turns everything. What the sightings fix, the place
     # of the circles as seen from the last pose, is exact up to their sigma of 3 to 6 cm.
     q = truth.orientations[-1]
     heading = 2 * np.arctan2(q[2], q[3])
-    circles = read_landmarks(imported.landmarks).positions[:, :2]
+    circles = read_landmarks(imported.files[1]).positions[:, :2]
     assert (
         np.abs(seen_from(truth.positions[-1, :2], heading, circles) - seen_from(end[:2], end[2], CIRCLES)).max() < 0.03
     )
@@ -138,23 +138,24 @@ def test_a_wrong_file_is_explained(tmp_path, text, message):
     path = tmp_path / "a.circles"
     path.write_text(text)
     with pytest.raises(FormatError) as caught:
-        IMPORTERS["dlr-circles"](path, tmp_path / "d.mcap")
+        convert_dlr_circles(path, tmp_path / "d.mcap")
     assert str(caught.value) == f"{path}{message}"
 
 
 def test_a_folder_without_the_file_is_explained(tmp_path):
     with pytest.raises(FormatError, match=r"must hold one .circles file, there is none. Name the file.$"):
-        IMPORTERS["dlr-circles"](tmp_path, tmp_path / "d.mcap")
+        convert_dlr_circles(tmp_path, tmp_path / "d.mcap")
 
 
 @pytest.mark.realdata
 def test_real_sightings_land_on_their_circles(tmp_path, data):
-    imported = IMPORTERS["dlr-circles"](data / "dlr_circles", tmp_path / "d.mcap")
-    truth, landmarks = read_tum(imported.truth), read_landmarks(imported.landmarks)
+    imported = convert_dlr_circles(data / "dlr_circles", tmp_path / "d.mcap")
+    log, map_path, truth_path = imported.files
+    truth, landmarks = read_tum(truth_path), read_landmarks(map_path)
     places = dict(zip(landmarks.ids.tolist(), landmarks.positions[:, :2], strict=True))
     poses = dict(zip(truth.stamps.tolist(), zip(truth.positions, truth.orientations, strict=True), strict=True))
     errors = []
-    for event in open_log([imported.log], {"true_sightings": "auto"}):
+    for event in open_log([log], {"true_sightings": "auto"}):
         position, q = poses[event.stamp]
         h = 2 * np.arctan2(q[2], q[3])
         c, s = np.cos(h), np.sin(h)

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from logpose.formats.datasets import IMPORTERS
-from logpose.formats.datasets.mrclam import covariances
+from logpose.formats.datasets.mrclam import convert_mrclam, covariances
 from logpose.formats.errors import ConfigError, FormatError
 from logpose.formats.events import NO_ID, Odometry, Pose, Sightings
 from logpose.formats.landmarks import read_landmarks
@@ -57,8 +56,8 @@ def write_set(folder, *, swapped=False, extra_odometry=(), spike=False):
 @pytest.fixture(scope="module")
 def converted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mrclam")
-    imported = IMPORTERS["mrclam"](write_set(folder / "set", swapped=True, spike=True), folder / "m.mcap", robot=1)
-    return imported, list(open_log([imported.log], ROLES))
+    imported = convert_mrclam(write_set(folder / "set", swapped=True, spike=True), folder / "m.mcap", robot=1)
+    return imported, list(open_log([imported.files[0]], ROLES))
 
 
 def of(events, kind, source):
@@ -78,7 +77,7 @@ def land(event, truth):
 
 def test_sightings_land_on_their_posts_after_the_clocks_are_set(converted):
     imported, events = converted
-    truth, posts = read_tum(imported.truth), read_landmarks(imported.landmarks)
+    truth, posts = read_tum(imported.files[2]), read_landmarks(imported.files[1])
     places = dict(zip(posts.ids.tolist(), posts.positions[:, :2], strict=True))
     errors = [
         np.linalg.norm(point - places[i])
@@ -97,7 +96,7 @@ def test_swapped_barcodes_are_found_and_corrected(converted):
 
 
 def test_barcodes_that_are_right_are_left_alone(tmp_path):
-    imported = IMPORTERS["mrclam"](write_set(tmp_path / "set"), tmp_path / "m.mcap", robot=1)
+    imported = convert_mrclam(write_set(tmp_path / "set"), tmp_path / "m.mcap", robot=1)
     assert imported.remarks == ()
 
 
@@ -132,7 +131,7 @@ def test_heading_spikes_and_repeated_rows_of_the_truth_are_repaired_and_counted(
     imported, _ = converted
     assert imported.counts["true headings repaired (interpolated across +-pi)"] == 1
     assert imported.counts["true poses that repeat a stamp, left out"] == 1
-    truth = read_tum(imported.truth)
+    truth = read_tum(imported.files[2])
     assert len(truth) == 1000
     turns = np.diff(np.unwrap(2 * np.arctan2(truth.orientations[:, 2], truth.orientations[:, 3])))
     assert np.abs(turns).max() < 0.05
@@ -140,10 +139,10 @@ def test_heading_spikes_and_repeated_rows_of_the_truth_are_repaired_and_counted(
 
 def test_commands_out_of_order_are_sorted_and_counted(tmp_path):
     late = [f"{T0 + 10.05:.3f} 0.1 0.0", f"{T0 + 35.7:.3f} 0.3 0.1"]
-    imported = IMPORTERS["mrclam"](write_set(tmp_path / "set", extra_odometry=late), tmp_path / "m.mcap", robot=1)
+    imported = convert_mrclam(write_set(tmp_path / "set", extra_odometry=late), tmp_path / "m.mcap", robot=1)
     assert imported.counts["commands that went back in time, sorted"] == 1
     assert imported.counts["commands that the next one replaces at once, left out"] == 1
-    stamps = [e.stamp for e in of(list(open_log([imported.log], {"odometry": "auto"})), Odometry, "odometry")]
+    stamps = [e.stamp for e in of(list(open_log([imported.files[0]], {"odometry": "auto"})), Odometry, "odometry")]
     assert (np.diff(stamps) > 0).all()
 
 
@@ -156,16 +155,16 @@ def test_the_covariance_is_long_along_the_ray():
 
 def test_a_wrong_folder_robot_or_line_is_explained(tmp_path):
     with pytest.raises(ConfigError, match=r"there is no robot 6. MRCLAM has 1 to 5.$"):
-        IMPORTERS["mrclam"](tmp_path, tmp_path / "m.mcap", robot=6)
+        convert_mrclam(tmp_path, tmp_path / "m.mcap", robot=6)
     with pytest.raises(FormatError, match=r"Landmark_Groundtruth.dat: no such file. Check the path.$"):
-        IMPORTERS["mrclam"](tmp_path, tmp_path / "m.mcap", robot=1)
+        convert_mrclam(tmp_path, tmp_path / "m.mcap", robot=1)
     folder = write_set(tmp_path / "set")
     (folder / "Robot1_Odometry.dat").write_text("1.0 2.0\n")
     with pytest.raises(FormatError, match=r"Robot1_Odometry.dat:1: has 2 columns, not 3. Name an MRCLAM folder.$"):
-        IMPORTERS["mrclam"](folder, tmp_path / "m.mcap", robot=1)
+        convert_mrclam(folder, tmp_path / "m.mcap", robot=1)
     (folder / "Robot1_Odometry.dat").write_text("# v omega\n1.0 nan 0\n")
     with pytest.raises(FormatError, match=r"Robot1_Odometry.dat:2: column 1 is 'nan'."):
-        IMPORTERS["mrclam"](folder, tmp_path / "m.mcap", robot=1)
+        convert_mrclam(folder, tmp_path / "m.mcap", robot=1)
     assert not (tmp_path / "m.mcap").exists()
 
 
@@ -173,12 +172,13 @@ def test_a_wrong_folder_robot_or_line_is_explained(tmp_path):
 @pytest.mark.parametrize(("number", "robot"), [(1, 1), (1, 2), (6, 1)])
 def test_real_sightings_land_on_their_posts(tmp_path, data, number, robot):
     source = data / "mrclam" / f"MRCLAM_Dataset{number}"
-    imported = IMPORTERS["mrclam"](source, tmp_path / "m.mcap", robot=robot)
+    imported = convert_mrclam(source, tmp_path / "m.mcap", robot=robot)
     assert ("barcodes of posts 11 and 17 are swapped in the file; corrected" in imported.remarks) == (number == 1)
-    truth, posts = read_tum(imported.truth), read_landmarks(imported.landmarks)
+    log, map_path, truth_path = imported.files
+    truth, posts = read_tum(truth_path), read_landmarks(map_path)
     places = dict(zip(posts.ids.tolist(), posts.positions[:, :2], strict=True))
     errors, bearings = [], []
-    for event in open_log([imported.log], {"true_sightings": "auto"}):
+    for event in open_log([log], {"true_sightings": "auto"}):
         points = land(event, truth)
         for point, xy, i in zip(points, event.xy, event.ids.tolist(), strict=True):
             if i != NO_ID:
