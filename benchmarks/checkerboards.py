@@ -9,8 +9,6 @@ the same calibration. What is vertical is the direction of the board's own colum
 roll, up to 41 degrees.
 """
 
-import os
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +16,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import numpy.typing as npt
+from recordings import folder
 
 from logpose.formats.calibration import read_calibration
 from logpose.pipelines.geometry.camera import Camera
@@ -188,9 +187,7 @@ def answer(board: Board, camera: Camera) -> Answer:
 
 def main() -> None:
     """Measure all boards and print Markdown."""
-    if not (folder := os.environ.get("LOGPOSE_DATA")):
-        sys.exit("LOGPOSE_DATA: is not set. Let it name the folder of recordings.")
-    data = Path(folder)
+    data = folder()
     camera = read_camera(data)
     boards = list(read_boards(data, camera))
     answers = [answer(board, camera) for board in boards]

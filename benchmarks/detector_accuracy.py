@@ -11,9 +11,9 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-import cv2
 import numpy as np
 from lamp_scenes import CEILING_M, HEIGHT, WIDTH, Optics, Scene, make_scene
+from recordings import NEGATIVES, fitted
 
 from logpose.pipelines.detect_circles.detect import Circles, Plane, Search, find_circles
 from logpose.pipelines.detect_circles.paper import HoughSearch, find_circles_hough
@@ -24,11 +24,6 @@ from logpose.pipelines.geometry.mount import UP
 
 RADII = (8.0, 48.0)
 MATCH_PX = 8.0
-NEGATIVES = {
-    "boards": "opencv_calib/left*.jpg",
-    "office": "rgbd_tsdf50/*.color.png",
-    "street": "kitti_stereo/seq00/image_0/0000[01]?.png",
-}
 Find = Callable[[np.ndarray, Plane | None, str], Circles]
 
 
@@ -146,13 +141,6 @@ def corner_scene(optics: Optics, at: np.ndarray, radius: float, seed: int) -> Sc
     canvas.pixels += 70.0
     canvas.paint(at, 1.6 * radius + 6, lambda a, b: a * a + b * b < radius * radius, 200.0)
     return _finish(canvas, [(at, radius, 130.0)], [])
-
-
-def fitted(path: Path) -> np.ndarray:
-    """Read an image as grey, scaled to fit 640 x 480."""
-    grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    scale = min(WIDTH / grey.shape[1], HEIGHT / grey.shape[0])
-    return cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
 
 
 def real_rows(data: Path) -> list[str]:

@@ -11,8 +11,6 @@ heading): 3 on average if honest.
 
 import argparse
 import math
-import os
-import sys
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -23,6 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import yaml
+from recordings import folder
 
 from logpose.formats.datasets.mrclam import convert_mrclam
 from logpose.formats.events import Pose, Sightings
@@ -148,14 +147,12 @@ def main() -> None:
     parser.add_argument("--robots", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args()
-    data = os.environ.get("LOGPOSE_DATA")
-    if not data:
-        sys.exit("LOGPOSE_DATA: is not set. Let it name the folder of recordings.")
-    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(args.jobs) as pool:
+    data = folder()
+    with tempfile.TemporaryDirectory() as temporary, ProcessPoolExecutor(args.jobs) as pool:
         tasks: list[tuple[Path, str, int]] = []
         for robot in args.robots:
-            log = Path(folder) / f"robot{robot}.mcap"
-            convert_mrclam(Path(data) / "mrclam" / f"MRCLAM_Dataset{args.set}", log, robot=robot)
+            log = Path(temporary) / f"robot{robot}.mcap"
+            convert_mrclam(data / "mrclam" / f"MRCLAM_Dataset{args.set}", log, robot=robot)
             tasks += [(log, "given", 0)] + [(log, "unknown", seed) for seed in range(args.seeds)]
         rows = pool.map(job, tasks)
         print(

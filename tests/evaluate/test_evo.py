@@ -86,12 +86,11 @@ PAIRS = [
 ]  # fmt: skip
 
 
-@pytest.mark.realdata
 @pytest.mark.parametrize(
     ("reference", "estimate", "align", "delta", "matched", "expected"), PAIRS, ids=lambda v: str(v)[:24]
 )
-def test_figures_equal_those_of_evo(data, reference, estimate, align, delta, matched, expected):
-    truth, guess = (read_trajectory(data / "evo" / name) for name in (reference, estimate))
+def test_figures_equal_those_of_evo(recordings, reference, estimate, align, delta, matched, expected):
+    truth, guess = (read_trajectory(recordings / "evo" / name) for name in (reference, estimate))
     result = evaluate(truth, guess, EvaluateParams(align=align, delta=delta)).result
     assert result["matched"] == matched
     for group, statistics in expected.items():
@@ -100,9 +99,8 @@ def test_figures_equal_those_of_evo(data, reference, estimate, align, delta, mat
             assert found[key] == pytest.approx(value, rel=1e-9), (group, key)
 
 
-@pytest.mark.realdata
-def test_repeated_stamps_of_published_files_are_counted(data):
-    truth = read_trajectory(data / "evo" / "V102_groundtruth.csv")
-    guess = read_trajectory(data / "evo" / "V102.txt")
+def test_repeated_stamps_of_published_files_are_counted(recordings):
+    truth = read_trajectory(recordings / "evo" / "V102_groundtruth.csv")
+    guess = read_trajectory(recordings / "evo" / "V102.txt")
     result = evaluate(truth, guess, EvaluateParams()).result
     assert (result["reference_repeats"], result["estimate_repeats"]) == (0, 4)

@@ -156,9 +156,8 @@ def test_a_wrong_file_is_explained(tmp_path, old, new, message):
     assert str(caught.value) == message.format(p=path)
 
 
-@pytest.mark.realdata
-def test_opencv_s_own_calibration_is_read(data):
-    calibration = read_calibration(data / "opencv_calib" / "left_intrinsics.yml")
+def test_opencv_s_own_calibration_is_read(recordings):
+    calibration = read_calibration(recordings / "opencv_calib" / "left_intrinsics.yml")
     assert (calibration.width, calibration.height) == (640, 480)
     assert calibration.fx == 5.3591573396163199e02
     assert calibration.cx == 3.4228315473308373e02

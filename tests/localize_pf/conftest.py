@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from logpose.formats.datasets.mrclam import convert_mrclam
 from logpose.formats.events import NO_ID, Odometry, Pose, Sightings
 from logpose.formats.landmarks import write_landmarks
 from logpose.formats.products import LandmarkMap
@@ -234,3 +235,11 @@ def ceiling(tmp_path):
 def sim():
     """Return what tests build events with."""
     return SimpleNamespace(pose=_pose, sightings=sightings, score=score, write_map=write_map, dt=DT)
+
+
+@pytest.fixture
+def mrclam_log(recordings, tmp_path):
+    """Robot 2 of set 1, its landmark map beside it."""
+    log = tmp_path / "robot2.mcap"
+    convert_mrclam(recordings / "mrclam" / "MRCLAM_Dataset1", log, robot=2)
+    return log

@@ -7,9 +7,6 @@ of 32 s with a gyro bias of 0.3 deg/s. The floors set here (survey 1.5 cm, shift
 in the easy world.
 """
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -72,20 +69,16 @@ def test_paper_method_is_accurate_without_clutter_and_loses_itself_in_it(ceiling
 
 
 @pytest.mark.slow
-@pytest.mark.realdata
-def test_mrclam_robot_2_is_not_lost_without_barcodes(tmp_path, root):
+def test_mrclam_robot_2_is_not_lost_without_barcodes(mrclam_log, root):
     import yaml
 
-    from logpose.formats.datasets.mrclam import convert_mrclam
     from logpose.formats.log import open_log
 
-    log = tmp_path / "robot2.mcap"
-    convert_mrclam(Path(os.environ["LOGPOSE_DATA"]) / "mrclam" / "MRCLAM_Dataset1", log, robot=2)
     noise = yaml.safe_load((root / "papers" / "ceiling" / "mrclam.yaml").read_text())["stages"][0]["localize-pf"]
-    params = LocalizePfParams(map=str(log.with_suffix(".landmarks.yaml")), **noise)
+    params = LocalizePfParams(map=str(mrclam_log.with_suffix(".landmarks.yaml")), **noise)
     roles = dict.fromkeys(("odometry", "sightings", "initial_pose", "truth"), "auto")
     estimate, truth = [], []
-    for event in localize_pf(iter(open_log([log], roles)), params):
+    for event in localize_pf(iter(open_log([mrclam_log], roles)), params):
         if isinstance(event, Pose) and event.source in {"localize-pf", "truth"}:
             rows = truth if event.source == "truth" else estimate
             rows.append((event.stamp * 1e-9, *event.position[:2]))

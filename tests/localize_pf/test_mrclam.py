@@ -2,17 +2,12 @@
 
 import json
 
-import pytest
-
 from logpose.cli.main import call
-from logpose.formats.datasets.mrclam import convert_mrclam
 
 
-@pytest.mark.realdata
-def test_robot_2_is_not_lost_with_the_barcodes_dropped(root, data, tmp_path):
-    log = tmp_path / "r2.mcap"
-    convert_mrclam(data / "mrclam" / "MRCLAM_Dataset1", log, robot=2)
-    words = [str(log), "--map", str(log.with_suffix(".landmarks.yaml")), "-c", str(root / "papers/ceiling/mrclam.yaml")]
+def test_robot_2_is_not_lost_with_the_barcodes_dropped(root, mrclam_log, tmp_path):
+    words = [str(mrclam_log), "--map", str(mrclam_log.with_suffix(".landmarks.yaml"))]
+    words += ["-c", str(root / "papers/ceiling/mrclam.yaml")]
     assert call(["localize-pf", *words, "--duration", "500", "-q", "-o", str(tmp_path / "out")]) == 0
     evaluation = json.loads((tmp_path / "out" / "report.json").read_text())["result"]["evaluation"]
     assert not evaluation["lost"]["is_lost"]

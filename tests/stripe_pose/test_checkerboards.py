@@ -4,9 +4,6 @@ The bounds are those of this data, not of the method: with corners in place of e
 degrees and 0.3 mm in the median, twice what the corners' noise explains (boards bend, lens models end).
 """
 
-import importlib.util
-import sys
-
 import numpy as np
 import pytest
 
@@ -20,18 +17,13 @@ from logpose.pipelines.stripe_pose.scene import Eye, Search
 from logpose.pipelines.stripe_pose.solve import Attitude
 from logpose.pipelines.stripe_pose.stage import LEAN
 
-pytestmark = pytest.mark.realdata
-
 
 @pytest.fixture(scope="module")
-def boards(root, data):
+def boards(benchmark, recordings):
     """The benchmark, its boards, and what it makes of them."""
-    spec = importlib.util.spec_from_file_location("checkerboards", root / "benchmarks" / "checkerboards.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["checkerboards"] = module
-    spec.loader.exec_module(module)
-    camera = module.read_camera(data)
-    found = list(module.read_boards(data, camera))
+    module = benchmark("checkerboards")
+    camera = module.read_camera(recordings)
+    found = list(module.read_boards(recordings, camera))
     return module, found, [module.answer(board, camera) for board in found]
 
 
@@ -92,10 +84,10 @@ def off_by(pose, board, module):
     return np.abs([pose[0] - board.pose[0], *min((pose[1:] - board.pose[1:] - s for s in shifts), key=np.linalg.norm)])
 
 
-def test_the_whole_search_finds_rows_of_squares_and_their_pose(boards, data):
+def test_the_whole_search_finds_rows_of_squares_and_their_pose(boards, recordings):
     """Nothing is told but the lens: not where, not which row, not tilt and roll. Boards that lean much show no such row."""
     module, found, _ = boards
-    camera = module.read_camera(data)
+    camera = module.read_camera(recordings)
     # White squares of an overexposed board are up to half a pixel wider than they are.
     search = Search(given=1, tolerance_px=2.0, residual_px=0.5, residual_share=0.1, skips=0, hidden=False)
     errors = {}
@@ -111,12 +103,12 @@ def test_the_whole_search_finds_rows_of_squares_and_their_pose(boards, data):
     assert np.median([np.median(rows, axis=0) for rows in errors.values()], axis=0)[0] <= 0.5
 
 
-def test_the_command_warns_and_still_poses(boards, data, tmp_path, capfd):
+def test_the_command_warns_and_still_poses(boards, recordings, tmp_path, capfd):
     module, found, _ = boards
     board = next(board for board in found if board.name == "left06")
     write_marks(MarkMap(marks=(squares_in_a_row(board, module),)), tmp_path / "marks.yaml")
-    words = [str(data / "opencv_calib" / "left06.jpg"), "--marks", str(tmp_path / "marks.yaml"), "--mark", "1"]
-    words += ["--camera", str(data / "opencv_calib" / "left_intrinsics.yml"), "-o", str(tmp_path / "out")]
+    words = [str(recordings / "opencv_calib" / "left06.jpg"), "--marks", str(tmp_path / "marks.yaml"), "--mark", "1"]
+    words += ["--camera", str(recordings / "opencv_calib" / "left_intrinsics.yml"), "-o", str(tmp_path / "out")]
     assert call(["stripe-pose", *words]) == 0
     assert "lines of a mark lean by up to 13." in capfd.readouterr().err
     sightings = [s for s in read_mark_poses(tmp_path / "out" / "poses.jsonl") if s.status == "ok"]

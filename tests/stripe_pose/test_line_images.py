@@ -15,19 +15,17 @@ from logpose.pipelines.stripe_pose.edges import MAX_EDGES, extrema, filter_taps,
 from logpose.pipelines.stripe_pose.lines import N_COLUMNS, SLOPE, VAR_X, X, Z, fit_lines, undistorted
 from logpose.pipelines.stripe_pose.scene import ray_table
 
-pytestmark = pytest.mark.realdata
-
 HEIGHT, WIDTH = 256, 365
 LEAST_RESPONSE = 10.0
 """The steps here are some 165 grey levels, with responses of 44 to 60; shadows and cloth stay below 10."""
 
 
 @pytest.fixture(scope="module")
-def edges(data):
+def edges(recordings):
     """Followed edges of each frame, left to right: columns (n, H) and polarity (n,)."""
     found = {}
     taps = filter_taps()
-    for path in sorted((data / "visp_images" / "line").glob("image.*.png")):
+    for path in sorted((recordings / "visp_images" / "line").glob("image.*.png")):
         pixels = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
         assert pixels.shape == (HEIGHT, WIDTH)
         grey, response = np.empty(WIDTH, np.float32), np.empty(WIDTH, np.float32)

@@ -147,9 +147,8 @@ def test_a_folder_without_the_file_is_explained(tmp_path):
         convert_dlr_circles(tmp_path, tmp_path / "d.mcap")
 
 
-@pytest.mark.realdata
-def test_real_sightings_land_on_their_circles(tmp_path, data):
-    imported = convert_dlr_circles(data / "dlr_circles", tmp_path / "d.mcap")
+def test_real_sightings_land_on_their_circles(tmp_path, recordings):
+    imported = convert_dlr_circles(recordings / "dlr_circles", tmp_path / "d.mcap")
     log, map_path, truth_path = imported.files
     truth, landmarks = read_tum(truth_path), read_landmarks(map_path)
     places = dict(zip(landmarks.ids.tolist(), landmarks.positions[:, :2], strict=True))

@@ -168,10 +168,9 @@ def test_a_wrong_folder_robot_or_line_is_explained(tmp_path):
     assert not (tmp_path / "m.mcap").exists()
 
 
-@pytest.mark.realdata
 @pytest.mark.parametrize(("number", "robot"), [(1, 1), (1, 2), (6, 1)])
-def test_real_sightings_land_on_their_posts(tmp_path, data, number, robot):
-    source = data / "mrclam" / f"MRCLAM_Dataset{number}"
+def test_real_sightings_land_on_their_posts(tmp_path, recordings, number, robot):
+    source = recordings / "mrclam" / f"MRCLAM_Dataset{number}"
     imported = convert_mrclam(source, tmp_path / "m.mcap", robot=robot)
     assert ("barcodes of posts 11 and 17 are swapped in the file; corrected" in imported.remarks) == (number == 1)
     log, map_path, truth_path = imported.files
