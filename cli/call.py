@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from ..formats.errors import ConfigError
-from ..formats.log import ROLES, parse_window
+from ..formats.topics import ROLES
+from ..formats.window import parse_window
 from ..pipelines.catalog import PIPELINES, STAGES
 from ..pipelines.engine.document import Document, StageEntry, Value, read_document
 from ..pipelines.engine.dump import dump_pipeline

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def command(logs: tuple[str, ...], as_json: bool) -> int:
     """Survey the logs and print what is in them."""
     from ..formats.errors import ExitStatus
-    from ..formats.log import survey
+    from ..formats.survey import survey
     from ..pipelines.catalog import SUITS
     from ..pipelines.engine.report import dump_json
 

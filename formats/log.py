@@ -28,27 +28,9 @@ from .image_folder import DEFAULT_RATE_HZ
 from .inputs import InputFile, Opened, channels_of, open_inputs
 from .messages import At, UnusableError, event_of, header_stamp, prepared, transforms_of
 from .reorder import Message, in_stamp_order
-from .survey import Survey, TopicSurvey, survey
-from .topics import AUTO, ROLES, Role, TopicInfo, choose, is_static_transform, topics_of
+from .topics import AUTO, ROLES, TopicInfo, choose, is_static_transform, topics_of
 from .transforms import StaticTransforms
-from .window import Bound, Window, parse_window
-
-__all__ = [
-    "AUTO",
-    "ROLES",
-    "Bound",
-    "InputFile",
-    "Log",
-    "Role",
-    "Survey",
-    "TopicCount",
-    "TopicInfo",
-    "TopicSurvey",
-    "Window",
-    "open_log",
-    "parse_window",
-    "survey",
-]
+from .window import Window
 
 
 def open_log(

@@ -12,8 +12,9 @@ from typing import Literal
 from ...formats.errors import ConfigError, ExitStatus
 from ...formats.events import Event, Notice, Summary
 from ...formats.files import replacing_text
-from ...formats.log import Log, Window, open_log
+from ...formats.log import Log, open_log
 from ...formats.process import peak_memory_mib
+from ...formats.window import Window
 from .allocator import keep_buffers
 from .chain import Chain
 from .document import Document

@@ -5,9 +5,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from logpose.formats.errors import LogposeError
-from logpose.formats.log import open_log, survey
+from logpose.formats.log import open_log
 from logpose.formats.mcap import McapFile
 from logpose.formats.rosbag1 import Rosbag1File
+from logpose.formats.survey import survey
 
 ROLES = {"image": "/camera/image_raw", "odometry": "/odom", "truth": "/ground_truth/pose"}
 KINDS = (

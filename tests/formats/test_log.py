@@ -5,7 +5,8 @@ import pytest
 
 from logpose.formats.errors import ConfigError, FormatError
 from logpose.formats.events import CameraInfo, Image, Imu, JointState, Odometry, Pose, Range, Transform
-from logpose.formats.log import Bound, Window, open_log
+from logpose.formats.log import open_log
+from logpose.formats.window import Bound, Window
 from logpose.formats.write_log import create_log
 
 S = 1_000_000_000

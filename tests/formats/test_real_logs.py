@@ -8,7 +8,8 @@ import pytest
 from logpose.formats.errors import FormatError
 from logpose.formats.events import Image, Odometry, Pose
 from logpose.formats.images import grey
-from logpose.formats.log import open_log, survey
+from logpose.formats.log import open_log
+from logpose.formats.survey import survey
 
 
 def expectations(recordings: Path) -> dict[str, int | None]:

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 
 from logpose.formats.events import Odometry
-from logpose.formats.log import survey
+from logpose.formats.survey import survey
 from logpose.formats.write_log import create_log
 
 S = 1_000_000_000

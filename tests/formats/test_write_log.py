@@ -191,7 +191,7 @@ def test_a_wrong_name_or_compression_is_a_usage_error(name, compression, message
 
 
 def test_an_empty_log_is_a_log(tmp_path):
-    from logpose.formats.log import survey
+    from logpose.formats.survey import survey
 
     for name in ("a.mcap", "a.bag"):
         path = write(tmp_path / name, [])
