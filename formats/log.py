@@ -177,7 +177,7 @@ class Log:
                 stamp = header_stamp(message) if has_header else record.log_time
                 when = record.log_time if stamp is None else stamp
                 events = tuple(
-                    event_of(message, record.channel.type, event_type, At(when, role, topic))
+                    event_of(message, record.channel.type, event_type, At(stamp=when, source=role, topic=topic))
                     for role in roles[topic]
                     for event_type in ROLES[role or "camera_info"].events
                 )
@@ -242,7 +242,7 @@ class Log:
         for index, record in self._records(lambda channel: channel.topic == topic, is_counted=False):
             try:
                 message = self._decoders[index, record.channel.id](record.data)
-                event = event_of(message, record.channel.type, CameraInfo, At(0, "", topic))
+                event = event_of(message, record.channel.type, CameraInfo, At(stamp=0, source="", topic=topic))
             except Exception:  # noqa: BLE001, S112  # counted when the messages are read
                 continue
             return event.calibration if isinstance(event, CameraInfo) else None

@@ -1,14 +1,15 @@
 """ROS messages -> events: here, and only here, the differences of ROS 1 and ROS 2 and of message types end.
 
-``event_of(message, kind, wanted, at)`` makes one event; what a message cannot say is None (ROS says "not known" with a
-covariance of -1 or a quaternion of length zero), and what it must say but does not is an ``UnusableError``, which the
-caller counts.
+``event_of(message, ros_type, wanted, at)`` makes one event; what a message cannot say is None (ROS says "not known"
+with a covariance of -1 or a quaternion of length zero), and what it must say but does not is an ``UnusableError``,
+which the caller counts.
 """
 
 import json
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -35,11 +36,11 @@ class UnusableError(ValueError):
     """A message that was decoded, but does not say what the event needs; the text is the whole reason."""
 
 
-class At(NamedTuple):
-    """When an event was measured, which role it plays, and where it was read."""
+class At(TypedDict):
+    """What an event says beside its message: when it was measured, which role it plays, and where it was read."""
 
     stamp: int
-    role: str
+    source: str
     topic: str
 
 
@@ -60,7 +61,7 @@ def frame_of(message: Any) -> str:
     return frame_name(str(getattr(header, "frame_id", "")))
 
 
-def event_of(message: Any, kind: str, wanted: type[Event], at: At) -> Event:
+def event_of(message: Any, ros_type: str, wanted: type[Event], at: At) -> Event:
     """Return ``message`` as an event of type ``wanted``.
 
     Raises:
@@ -70,13 +71,13 @@ def event_of(message: Any, kind: str, wanted: type[Event], at: At) -> Event:
     if wanted is Sightings:
         return _sightings(message, at)
     if wanted is Pose:
-        return _POSES[kind](message, at)
-    return _EVENTS[kind](message, at)
+        return _POSES[ros_type](message, at)
+    return _EVENTS[ros_type](message, at)
 
 
-def prepared(message: Any, kind: str) -> Any:
+def prepared(message: Any, ros_type: str) -> Any:
     """Return the content of a String that holds JSON, other messages unchanged."""
-    return json.loads(message.data) if kind == STRING else message
+    return json.loads(message.data) if ros_type == STRING else message
 
 
 def transforms_of(message: Any) -> list[Transform]:
@@ -102,9 +103,7 @@ def transforms_of(message: Any) -> list[Transform]:
 
 def _image(message: Any, at: At) -> Image:
     return Image(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         encoding=str(message.encoding),
         data=_copied(message.data),
@@ -120,19 +119,14 @@ def _compressed_image(message: Any, at: At) -> Image:
     encoding = text
     if "compressedDepth" not in text:
         encoding = "png" if "png" in text.lower() else "jpeg"
-    data = _copied(message.data)
-    return Image(
-        stamp=at.stamp, source=at.role, topic=at.topic, frame_id=frame_of(message), encoding=encoding, data=data
-    )
+    return Image(**at, frame_id=frame_of(message), encoding=encoding, data=_copied(message.data))
 
 
 def _image_file(message: Any, at: At) -> Image:
     from .sniff import image_encoding
 
     data = _copied(np.frombuffer(message, np.uint8))
-    return Image(
-        stamp=at.stamp, source=at.role, topic=at.topic, encoding=image_encoding(bytes(message[:32])), data=data
-    )
+    return Image(**at, encoding=image_encoding(bytes(message[:32])), data=data)
 
 
 def _copied(view: Any) -> Any:
@@ -172,9 +166,7 @@ def _camera_info(message: Any, at: At) -> CameraInfo:
     fx, cx, width = fx / bx, (cx + 0.5) / bx - 0.5, width // bx
     fy, cy, height = fy / by, (cy + 0.5) / by - 0.5, height // by
     calibration = Calibration(width, height, fx, fy, cx, cy, model, D)
-    return CameraInfo(
-        stamp=at.stamp, source=at.role, topic=at.topic, frame_id=frame_of(message), calibration=calibration
-    )
+    return CameraInfo(**at, frame_id=frame_of(message), calibration=calibration)
 
 
 # ---- motion ---------------------------------------------------------------------------------------------------
@@ -185,9 +177,7 @@ def _odometry(message: Any, at: At) -> Odometry:
     orientation = None if pose.covariance[0] == -1 else _quaternion_or_none(pose.pose.orientation)
     has_twist = twist.covariance[0] != -1
     return Odometry(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         child_frame_id=frame_name(str(message.child_frame_id)) or "base_link",
         position=None if orientation is None else _vector(pose.pose.position),
@@ -201,9 +191,7 @@ def _twist(message: Any, at: At) -> Odometry:
     twist = getattr(message, "twist", message)
     twist = getattr(twist, "twist", twist)
     return Odometry(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         child_frame_id=frame_of(message) or "base_link",
         linear=_vector(twist.linear),
         angular=_vector(twist.angular),
@@ -213,9 +201,7 @@ def _twist(message: Any, at: At) -> Odometry:
 def _imu(message: Any, at: At) -> Imu:
     has_orientation = message.orientation_covariance[0] != -1
     return Imu(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         angular=_vector(message.angular_velocity),
         acceleration=_vector(message.linear_acceleration),
@@ -230,9 +216,7 @@ def _joint_state(message: Any, at: At) -> JointState:
     if len(positions) not in {0, len(names)}:
         raise UnusableError(f"{len(names)} joints with {len(positions)} positions")
     return JointState(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         names=names,
         positions=positions if len(positions) else np.full(len(names), np.nan),
@@ -244,9 +228,7 @@ def _joint_state(message: Any, at: At) -> JointState:
 
 def _range(message: Any, at: At) -> Range:
     return Range(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         range=float(message.range),
         min_range=float(message.min_range),
@@ -257,9 +239,7 @@ def _range(message: Any, at: At) -> Range:
 
 def _scan(message: Any, at: At) -> LaserScan:
     return LaserScan(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         ranges=np.asarray(message.ranges, dtype=np.float64),
         angle_min=float(message.angle_min),
@@ -281,9 +261,7 @@ def _pose(message: Any, at: At) -> Pose:
         covariance = values if values.any() and values[0, 0] != -1 else None
         pose = pose.pose
     return Pose(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         position=_vector(pose.position),
         orientation=_quaternion(pose.orientation),
@@ -293,9 +271,7 @@ def _pose(message: Any, at: At) -> Pose:
 
 def _transform_pose(message: Any, at: At) -> Pose:
     return Pose(
-        stamp=at.stamp,
-        source=at.role,
-        topic=at.topic,
+        **at,
         frame_id=frame_of(message),
         position=_vector(message.transform.translation),
         orientation=_quaternion(message.transform.rotation),
@@ -303,11 +279,9 @@ def _transform_pose(message: Any, at: At) -> Pose:
 
 
 def _sightings(message: Any, at: At) -> Sightings:
-    from dataclasses import replace
-
     from .sightings import sightings_from_json
 
-    return replace(sightings_from_json(message), stamp=at.stamp, source=at.role, topic=at.topic)
+    return replace(sightings_from_json(message), **at)
 
 
 def _either(message: Any, ros2: str, ros1: str) -> Any:

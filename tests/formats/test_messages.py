@@ -10,10 +10,10 @@ from logpose.formats.encode import Encoder, as_message
 from logpose.formats.events import CameraInfo, Image, Imu, JointState, LaserScan, Odometry, Pose, Range, Transform
 from logpose.formats.messages import At, UnusableError, event_of, header_stamp, transforms_of
 
-AT = At(5_000_000_007, "role", "/topic")
+AT = At(stamp=5_000_000_007, source="role", topic="/topic")
 UNIT = np.array([0.0, 0.0, 0.0, 1.0])
 TILTED = np.array([0.5, -0.5, 0.5, 0.5])
-MADE = {"stamp": AT.stamp, "topic": "/topic", "source": "role", "frame_id": "frame"}
+MADE = {"stamp": AT["stamp"], "topic": "/topic", "source": "role", "frame_id": "frame"}
 
 EVENTS = [
     Image(**MADE, encoding="bgr8", data=np.arange(24, dtype=np.uint8), width=2, height=3, step=8, is_bigendian=True),
@@ -69,7 +69,7 @@ def test_events_survive_the_way_through_ros(event, version):
     encoding = "ros1" if version == "ros1" else "cdr"
     channel = Channel(1, "/topic", kind, encoding, encoder.definition(kind)[0], f"{version}msg")
     message = decoder_for(channel)(encoder.encode(kind, fields))
-    assert header_stamp(message) == AT.stamp
+    assert header_stamp(message) == AT["stamp"]
     back = fields_of(event_of(message, kind, type(event), AT))
     expected = fields_of(event)
     assert {n for n in back if not same(back[n], expected[n])} == set()
@@ -83,7 +83,7 @@ def test_transforms_survive(version):
         1, "/tf", kind, "ros1" if version == "ros1" else "cdr", encoder.definition(kind)[0], f"{version}msg"
     )
     (back,) = transforms_of(decoder_for(channel)(encoder.encode(kind, fields)))
-    assert (back.frame_id, back.child_frame_id, back.stamp) == ("frame", "sensor", AT.stamp)
+    assert (back.frame_id, back.child_frame_id, back.stamp) == ("frame", "sensor", AT["stamp"])
     np.testing.assert_array_equal(back.rotation, TILTED)
 
 

@@ -1,7 +1,9 @@
 import pytest
 
 from logpose.formats.errors import ConfigError
-from logpose.formats.topics import ROLES, TopicInfo, choose, roles_of_type, sibling_of
+from logpose.formats.events import Pose, Sightings
+from logpose.formats.messages import _EVENTS, _POSES
+from logpose.formats.topics import ROLES, TYPES, TopicInfo, choose, roles_of_type, sibling_of
 
 IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 ODOMETRY, TWIST = "nav_msgs/msg/Odometry", "geometry_msgs/msg/TwistStamped"
@@ -67,3 +69,8 @@ def test_types_say_their_roles():
     assert roles_of_type("sensor_msgs/msg/CompressedImage") == ("image",)
     assert roles_of_type("nav_msgs/msg/Odometry") == ("odometry", "truth", "initial_pose", "pose")
     assert roles_of_type("std_msgs/msg/Empty") == ()
+
+
+def test_whatever_a_role_takes_can_be_made_an_event():
+    assert set(TYPES[Pose]) == set(_POSES)
+    assert {t for event, types in TYPES.items() if event not in {Pose, Sightings} for t in types} == set(_EVENTS)
