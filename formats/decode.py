@@ -46,37 +46,37 @@ def _decode_json(data: bytes | memoryview) -> Any:
 
 
 @lru_cache(maxsize=256)
-def _ros_decoder(kind: str, encoding: str, definition: str, definition_format: str, distro: str) -> Decoder:
-    stores = _stores(kind, encoding, definition, definition_format, distro)
+def _ros_decoder(ros_type: str, encoding: str, definition: str, definition_format: str, distro: str) -> Decoder:
+    stores = _stores(ros_type, encoding, definition, definition_format, distro)
     if not stores:
-        raise ValueError(f"type {kind!r} is not defined in the file")
+        raise ValueError(f"type {ros_type!r} is not defined in the file")
     method = "deserialize_ros1" if encoding == "ros1" else "deserialize_cdr"
     functions = [getattr(store, method) for store in stores]
 
     def decode(data: bytes | memoryview) -> Any:
         try:
-            return functions[0](data, kind)
+            return functions[0](data, ros_type)
         except Exception as err:
             for function in functions[1:]:
                 with suppress(Exception):
-                    return function(data, kind)
+                    return function(data, ros_type)
             raise err from None
 
     return decode
 
 
-def _stores(kind: str, encoding: str, definition: str, definition_format: str, distro: str) -> list[Any]:
+def _stores(ros_type: str, encoding: str, definition: str, definition_format: str, distro: str) -> list[Any]:
     """Return the typestores to try in order; the file's own first."""
-    own = _own_store(kind, definition, definition_format) if definition.strip() else None
+    own = _own_store(ros_type, definition, definition_format) if definition.strip() else None
     names = ("ros1_noetic",) if encoding == "ros1" else tuple(f"ros2_{d}" for d in (distro, *_FALLBACK_DISTROS) if d)
-    known = [store for name in dict.fromkeys(names) if (store := _store_of(name)) and kind in store.types]
+    known = [store for name in dict.fromkeys(names) if (store := _store_of(name)) and ros_type in store.types]
     if own is None and not known and definition_format:
         # A message without fields has an empty definition.
-        own = _own_store(kind, definition, definition_format)
+        own = _own_store(ros_type, definition, definition_format)
     return known if own is None else [own, *known]
 
 
-def _own_store(kind: str, definition: str, definition_format: str) -> Any:
+def _own_store(ros_type: str, definition: str, definition_format: str) -> Any:
     """Return a typestore with the file's definitions, or None when they cannot be used."""
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
@@ -90,10 +90,10 @@ def _own_store(kind: str, definition: str, definition_format: str) -> Any:
             else:
                 types.update(get_types_from_idl(definition))
         else:
-            types.update(get_types_from_msg(definition, kind))
+            types.update(get_types_from_msg(definition, ros_type))
         store = get_typestore(Stores.EMPTY)
         store.register(types)
-        store.get_msgdef(kind)
+        store.get_msgdef(ros_type)
     except Exception:  # noqa: BLE001  # the parser throws anything; the caller falls back
         return None
     return store

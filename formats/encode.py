@@ -73,30 +73,30 @@ class Encoder:
         self._version = version
         self._plans: dict[str, _Plan] = {}
 
-    def encode(self, kind: str, message: Any) -> bytes | memoryview:
+    def encode(self, ros_type: str, message: Any) -> bytes | memoryview:
         """Return a message as bytes.
 
         Args:
-            kind: ``package/msg/Name``.
+            ros_type: ``package/msg/Name``.
             message: its fields as a mapping, or a ready message object.
 
         Raises:
             ValueError: an unknown type or field, or a value that does not fit.
         """
         if isinstance(message, Mapping):
-            message = self._build(kind, message)
+            message = self._build(ros_type, message)
         try:
             if self._version == "ros1":
-                return self._store.serialize_ros1(message, kind)  # type: ignore[no-any-return]
-            return self._store.serialize_cdr(message, kind, little_endian=True)  # type: ignore[no-any-return]
+                return self._store.serialize_ros1(message, ros_type)  # type: ignore[no-any-return]
+            return self._store.serialize_cdr(message, ros_type, little_endian=True)  # type: ignore[no-any-return]
         except Exception as err:
-            raise ValueError(f"{kind} cannot be written ({type(err).__name__}: {err})") from err
+            raise ValueError(f"{ros_type} cannot be written ({type(err).__name__}: {err})") from err
 
-    def definition(self, kind: str) -> tuple[str, str]:
+    def definition(self, ros_type: str) -> tuple[str, str]:
         """Return (text of the message definition, its MD5 sum as ROS 1 has it)."""
-        if kind not in self._store.types:
-            raise ValueError(f"type {kind!r} is not known")
-        text, digest = self._store.generate_msgdef(kind, ros_version=1 if self._version == "ros1" else 2)
+        if ros_type not in self._store.types:
+            raise ValueError(f"type {ros_type!r} is not known")
+        text, digest = self._store.generate_msgdef(ros_type, ros_version=1 if self._version == "ros1" else 2)
         return str(text), str(digest)
 
     @cached_property
@@ -113,23 +113,23 @@ class Encoder:
             store.register(get_types_from_msg(definition, f"foxglove_msgs/msg/{name}"))
         return store
 
-    def _build(self, kind: str, fields: Fields) -> Any:
+    def _build(self, ros_type: str, fields: Fields) -> Any:
         """Return a message object; names are compared without case, because ROS 1 says ``K`` where ROS 2 says ``k``."""
-        make, fillers = self._plans.get(kind) or self._plan(kind)
+        make, fillers = self._plans.get(ros_type) or self._plan(ros_type)
         given = {name.lower(): value for name, value in fields.items()}
         values = [fill(given.pop(name, None)) for name, fill in fillers]
         if given:
-            raise ValueError(f"{kind} has no field {min(given)!r}")
+            raise ValueError(f"{ros_type} has no field {min(given)!r}")
         return make(*values)
 
-    def _plan(self, kind: str) -> "_Plan":
+    def _plan(self, ros_type: str) -> "_Plan":
         """Find out once per type how its fields are filled; nested types follow when they are first met."""
-        if kind not in self._store.types:
-            raise ValueError(f"type {kind!r} is not known")
-        forms = self._store.fielddefs[kind][1]
+        if ros_type not in self._store.types:
+            raise ValueError(f"type {ros_type!r} is not known")
+        forms = self._store.fielddefs[ros_type][1]
         fillers = [(name.lower(), self._filler(form)) for name, form in forms]
-        self._plans[kind] = (self._store.types[kind], fillers)
-        return self._plans[kind]
+        self._plans[ros_type] = (self._store.types[ros_type], fillers)
+        return self._plans[ros_type]
 
     def _filler(self, form: Any) -> Callable[[Any], Any]:
         """Return what makes a field's value of what was given for it, or of None."""
@@ -147,14 +147,14 @@ class Encoder:
         fill = self._filler(inner)
         return lambda value: [fill(item) for item in (value or ())]
 
-    def _nested(self, kind: str, value: Any) -> Any:
+    def _nested(self, ros_type: str, value: Any) -> Any:
         if value is not None and not isinstance(value, Mapping):
             return value
-        if kind == "builtin_interfaces/msg/Time" and value:
+        if ros_type == "builtin_interfaces/msg/Time" and value:
             seconds, nanoseconds = int(value["sec"]), int(value["nanosec"])
             if not 0 <= seconds < _MAX_SECONDS[self._version]:
                 raise ValueError(f"stamp {seconds}.{nanoseconds:09d} s cannot be written by {self._version}")
-        return self._build(kind, value or {})
+        return self._build(ros_type, value or {})
 
 
 def _text(value: Any) -> str:

@@ -94,9 +94,9 @@ class TopicInfo:
     why_not: str = ""
 
 
-def roles_of_type(kind: str) -> tuple[str, ...]:
+def roles_of_type(ros_type: str) -> tuple[str, ...]:
     """Return the roles that a topic of this type can play."""
-    return tuple(r for r, role in ROLES.items() if any(kind in TYPES[e] for e in role.events))
+    return tuple(r for r, role in ROLES.items() if any(ros_type in TYPES[e] for e in role.events))
 
 
 def is_static_transform(channel: Channel) -> bool:

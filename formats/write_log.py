@@ -57,8 +57,8 @@ class LogWriter:
         """
         if not event.topic:
             raise FormatError(f"{self._path}: a {type(event).__name__} has no topic. Give it one before writing it.")
-        kind, fields = self._guard(lambda: as_message(event))
-        self.write_message(event.topic, kind, event.stamp, fields)
+        ros_type, fields = self._guard(lambda: as_message(event))
+        self.write_message(event.topic, ros_type, event.stamp, fields)
 
     def write_message(self, topic: str, ros_type: str, stamp: int, message: Any) -> None:
         """Write any ROS message.
@@ -139,15 +139,15 @@ class _McapSink:
         self._schemas: dict[str, int] = {}
         self._sequence: dict[int, int] = {}
 
-    def message(self, topic: str, kind: str, stamp: int, message: Any) -> None:
-        data = self._encoder.encode(kind, message)
-        if (topic, kind) not in self._channels:
-            definition = self._encoder.definition(kind)[0]
+    def message(self, topic: str, ros_type: str, stamp: int, message: Any) -> None:
+        data = self._encoder.encode(ros_type, message)
+        if (topic, ros_type) not in self._channels:
+            definition = self._encoder.definition(ros_type)[0]
             is_latched = topic.endswith(("tf_static", "camera_info", "initialpose"))
             metadata = {"offered_qos_profiles": _LATCHED_QOS if is_latched else ""}
-            schema = self._schema(kind, "ros2msg", definition)
-            self._channels[topic, kind] = self._writer.register_channel(topic, "cdr", schema, metadata)
-        self._add(self._channels[topic, kind], stamp, bytes(data))
+            schema = self._schema(ros_type, "ros2msg", definition)
+            self._channels[topic, ros_type] = self._writer.register_channel(topic, "cdr", schema, metadata)
+        self._add(self._channels[topic, ros_type], stamp, bytes(data))
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         self._writer.add_metadata(name, dict(values))
@@ -202,17 +202,17 @@ class _BagSink:
         self._encoder = Encoder("ros1")
         self._connections: dict[tuple[str, str], Any] = {}
 
-    def message(self, topic: str, kind: str, stamp: int, message: Any) -> None:
-        data = self._encoder.encode(kind, message)
-        if (topic, kind) not in self._connections:
-            definition, digest = self._encoder.definition(kind)
+    def message(self, topic: str, ros_type: str, stamp: int, message: Any) -> None:
+        data = self._encoder.encode(ros_type, message)
+        if (topic, ros_type) not in self._connections:
+            definition, digest = self._encoder.definition(ros_type)
             latching = 1 if topic.endswith(("tf_static", "camera_info", "initialpose")) else 0
-            self._connections[topic, kind] = self._writer.add_connection(
-                topic, kind, msgdef=definition, md5sum=digest, callerid="/logpose", latching=latching
+            self._connections[topic, ros_type] = self._writer.add_connection(
+                topic, ros_type, msgdef=definition, md5sum=digest, callerid="/logpose", latching=latching
             )
         if not 0 <= stamp < 2**32 * 1_000_000_000:
             raise ValueError(f"stamp {stamp} ns cannot be written")
-        self._writer.write(self._connections[topic, kind], stamp, data)
+        self._writer.write(self._connections[topic, ros_type], stamp, data)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:  # noqa: ARG002
         raise ValueError("a ROS 1 bag holds no metadata records; write .mcap")
