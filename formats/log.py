@@ -263,10 +263,8 @@ class Log:
         return {*self.chosen.values(), self._calibration_topic, *transforms} - {""}
 
     def _announced(self, topic: str) -> int | None:
-        counts = [c.announced for _, c in channels_of(self._opened) if c.topic == topic]
-        if any(count is None for count in counts):
-            return None
-        return max(sum(count or 0 for count in counts), self._opened.expected.get(topic, 0))
+        count = next(info.count for info in self.topics if info.name == topic)
+        return None if count is None else max(count, self._opened.expected.get(topic, 0))
 
 
 def _placed(event: Event, mounts: StaticTransforms, calibration: Calibration | None) -> Event:

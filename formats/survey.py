@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from heapq import merge
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,8 @@ import numpy as np
 from .container import Channel, Loss, explain
 from .decode import decoder_for, why_not_decodable
 from .inputs import InputFile, Opened, channels_of, open_inputs
-from .messages import frame_of, header_stamp, prepared, transforms_of
-from .topics import ROLES, TopicInfo, can_play, roles_of_type
+from .messages import frame_of, header_stamp, transforms_of
+from .topics import ROLES, TopicInfo, can_play, roles_of_type, topics_of
 
 _GAP_PERIODS = 5.0
 """A gap is worth a line when it is longer than this many median periods ..."""
@@ -87,7 +87,6 @@ class _Notes:
     """What is collected of a topic while reading."""
 
     channels: list[Channel] = field(default_factory=list)
-    formats: list[str] = field(default_factory=list)
     log_times: list[int] = field(default_factory=list)
     stamps: list[int] = field(default_factory=list)
     lags: list[int] = field(default_factory=list)
@@ -107,16 +106,16 @@ def survey(paths: Sequence[str | Path]) -> Survey:
     """
     opened = open_inputs(paths)
     notes: dict[str, _Notes] = defaultdict(_Notes)
-    for index, channel in channels_of(opened):
+    for _, channel in channels_of(opened):
         notes[channel.topic].channels.append(channel)
-        notes[channel.topic].formats.append(opened.containers[index].format)
     problems = list(opened.problems)
     for channel, log_time, data in _all_records(opened, notes, problems):
         note = notes[channel.topic]
         note.log_times.append(log_time)
         if not why_not_decodable(channel):
             _look_into(note, channel, log_time, data)
-    topics = tuple(_summed_up(name, notes[name], opened, problems) for name in sorted(notes))
+    infos = topics_of((opened.containers[i].format, channel) for i, channel in channels_of(opened))
+    topics = tuple(_summed_up(info, notes[info.name], opened, problems) for info in infos)
     times = [t for note in notes.values() for t in (note.log_times[:1] + note.log_times[-1:])]
     has_loss = any(c.is_cut for c in opened.containers) or any(note.lost for note in notes.values())
     return Survey(opened.files, topics, min(times, default=None), max(times, default=None), tuple(problems), has_loss)
@@ -142,8 +141,6 @@ def _all_records(
 def _look_into(note: _Notes, channel: Channel, log_time: int, data: bytes | memoryview) -> None:
     try:
         message = decoder_for(channel)(data)
-        if "logpose" in channel.type:
-            message = prepared(message, channel.type)
         stamp = header_stamp(message)
         if stamp is None and hasattr(message, "transforms") and message.transforms:
             stamp = transforms_of(message)[0].stamp or None
@@ -169,21 +166,21 @@ def _image_facts(message: Any) -> tuple[tuple[int, int], str]:
     return (0, 0), str(getattr(message, "format", "file"))
 
 
-def _summed_up(name: str, note: _Notes, opened: Opened, problems: list[str]) -> TopicSurvey:
-    counts = [channel.announced for channel in note.channels]
-    announced = None if any(n is None for n in counts) else sum(n or 0 for n in counts)
-    if name in opened.expected:
-        announced = max(announced or 0, opened.expected[name])
+def _summed_up(info: TopicInfo, note: _Notes, opened: Opened, problems: list[str]) -> TopicSurvey:
+    announced = info.count
+    if info.name in opened.expected:
+        announced = max(announced or 0, opened.expected[info.name])
     times = np.array(note.log_times, dtype=np.int64)
     steps = np.diff(times)
     gap = float(steps.max()) / 1e9 if len(steps) else None
     span = float(times[-1] - times[0]) / 1e9 if len(steps) else 0.0
     lag = float(np.median(np.array(note.lags, dtype=np.float64))) / 1e9 if note.lags else None
-    _complain(name, note, announced, problems)
+    _complain(info.name, note, announced, problems)
+    found = replace(info, is_readable=True)  # what a role could take, if it could be decoded
     return TopicSurvey(
-        name=name,
-        type=", ".join(dict.fromkeys(c.type for c in note.channels)),
-        format=", ".join(dict.fromkeys(note.formats)),
+        name=info.name,
+        type=info.type,
+        format=info.format,
         announced=announced,
         count=len(times),
         undecodable=note.undecodable,
@@ -197,12 +194,8 @@ def _summed_up(name: str, note: _Notes, opened: Opened, problems: list[str]) -> 
         frame_ids=tuple(note.frames),
         image_size=note.image[0] if note.image else None,
         image_encoding=note.image[1] if note.image else "",
-        roles=tuple(role for role in ROLES if any(_can_play(channel, role) for channel in note.channels)),
+        roles=tuple(role for role in ROLES if can_play(found, role, is_named=False)),
     )
-
-
-def _can_play(channel: Channel, role: str) -> bool:
-    return can_play(TopicInfo(channel.topic, channel.type, channel.announced, ""), role, is_named=False)
 
 
 def _complain(name: str, note: _Notes, announced: int | None, problems: list[str]) -> None:
