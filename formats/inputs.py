@@ -88,10 +88,12 @@ def open_inputs(paths: str | Path | Sequence[str | Path], rate_hz: float = DEFAU
     parts: list[_Part] = []
     images: list[Path] = []
     for path in map(Path, paths):
-        if str(path) != "-" and kind_of(path) is Kind.IMAGE:
+        if str(path) == "-":
+            parts.append(_Part([_open_standard_input()], []))
+        elif (kind := kind_of(path)) is Kind.IMAGE:
             images.append(path)
         else:
-            parts.append(_open_path(path, rate_hz))
+            parts.append(_open_path(path, kind, rate_hz))
     if images:
         parts.append(_Part([ImageFiles(images[0], images, rate_hz)], images))
     containers = [container for part in parts for container in part.containers]
@@ -122,28 +124,18 @@ class _Part:
     problems: Sequence[str] = ()
 
 
-def _open_path(path: Path, rate_hz: float) -> _Part:
-    if str(path) == "-":
-        return _Part([_open_standard_input()], [])
-    kind = kind_of(path)
+def _open_path(path: Path, kind: Kind, rate_hz: float) -> _Part:
     if kind is Kind.IMAGE_FOLDER:
         return _Part([ImageFiles(path, rate_hz=rate_hz)], sorted(p for p in path.iterdir() if p.is_file()))
     if kind is Kind.ROSBAG2_FOLDER:
         folder = read_folder(path)
-        containers = [open_storage(file, folder) for file in folder.files]
+        containers = [_open_storage(file, kind_of(file), folder) for file in folder.files]
         return _Part(containers, folder.files, folder.announced, [f"{path}: {text}" for text in folder.problems])
-    return _Part([open_storage(path)], [path])
+    return _Part([_open_storage(path, kind)], [path])
 
 
-def open_storage(path: Path, folder: BagFolder | None = None, name: str = "") -> Container:
-    """Open one file by its content.
-
-    Args:
-        path: the file.
-        folder: the ROS 2 bag it belongs to.
-        name: what to call it in messages, where it is a copy.
-    """
-    kind = kind_of(path, name)
+def _open_storage(path: Path, kind: Kind, folder: BagFolder | None = None, name: str = "") -> Container:
+    """Open a file of some kind, of a ROS 2 bag folder perhaps; ``name`` is what to call it, where it is a copy."""
     container: Container
     if kind is Kind.ZSTD:
         return _open_compressed(path, folder, name)
@@ -159,10 +151,11 @@ def open_storage(path: Path, folder: BagFolder | None = None, name: str = "") ->
 
 
 def _open_compressed(path: Path, folder: BagFolder | None, name: str) -> Container:
+    name = name or str(path)
     with _temporary_folder() as (temporary, keep):
-        with guarded(name or path, "the compressed file"):
+        with guarded(name, "the compressed file"):
             inflated = inflate_file(path, temporary)
-        return keep(open_storage(inflated, folder, name or str(path)))
+        return keep(_open_storage(inflated, kind_of(inflated, name), folder, name))
 
 
 def _open_standard_input() -> Container:
@@ -170,7 +163,7 @@ def _open_standard_input() -> Container:
         copy = temporary / "standard-input"
         with copy.open("wb") as sink:
             shutil.copyfileobj(sys.stdin.buffer, sink, _PIECE)
-        return keep(open_storage(copy, name="-"))
+        return keep(_open_storage(copy, kind_of(copy, "-"), name="-"))
 
 
 @contextmanager
