@@ -161,11 +161,11 @@ class Log:
 
     def _messages(self, indices: range) -> Iterator[Message]:
         """Yield the decoded messages of some containers by log time."""
-        roles: dict[str, list[str]] = defaultdict(list)
+        roles: dict[str, list[tuple[str, type[Event]]]] = defaultdict(list)
         for role, topic in self.chosen.items():
-            roles[topic].append(role)
+            roles[topic].append((role, ROLES[role].event))
         if self._calibration_topic and self._calibration_topic not in roles:
-            roles[self._calibration_topic] = [""]
+            roles[self._calibration_topic] = [("", CameraInfo)]  # no role: nobody asked for it, only images need it
         order = 0
         for index, record in self._records(lambda channel: channel.topic in roles, indices):
             topic = record.channel.topic
@@ -178,8 +178,7 @@ class Log:
                 when = record.log_time if stamp is None else stamp
                 events = tuple(
                     event_of(message, record.channel.type, event_type, At(stamp=when, source=role, topic=topic))
-                    for role in roles[topic]
-                    for event_type in ROLES[role or "camera_info"].events
+                    for role, event_type in roles[topic]
                 )
             except Exception as err:  # noqa: BLE001  # whatever the deserialisers throw
                 count.drop(_why(err))

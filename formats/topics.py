@@ -20,30 +20,30 @@ class Role:
     """What plays a role.
 
     Attributes:
-        events: the types of event it yields.
+        event: the type of event it yields.
         default: the name of its topic where there is one by convention.
         needs_name: ``auto`` takes the default topic and never another one of the right type: what is called truth or
             start pose must have been meant as such.
     """
 
-    events: tuple[type[Event], ...]
+    event: type[Event]
     default: str | None = None
     needs_name: bool = False
 
 
 ROLES: dict[str, Role] = {
-    "image": Role((Image,)),
-    "camera_info": Role((CameraInfo,)),
-    "odometry": Role((Odometry,), "/odom"),
-    "imu": Role((Imu,), "/imu/data"),
-    "joints": Role((JointState,), "/joint_states"),
-    "range": Role((Range,)),
-    "scan": Role((LaserScan,), "/scan"),
-    "sightings": Role((Sightings,), "/sightings"),
-    "true_sightings": Role((Sightings,), "/ground_truth/sightings", needs_name=True),
-    "truth": Role((Pose,), "/ground_truth/pose", needs_name=True),
-    "initial_pose": Role((Pose,), "/initialpose", needs_name=True),
-    "pose": Role((Pose,)),
+    "image": Role(Image),
+    "camera_info": Role(CameraInfo),
+    "odometry": Role(Odometry, "/odom"),
+    "imu": Role(Imu, "/imu/data"),
+    "joints": Role(JointState, "/joint_states"),
+    "range": Role(Range),
+    "scan": Role(LaserScan, "/scan"),
+    "sightings": Role(Sightings, "/sightings"),
+    "true_sightings": Role(Sightings, "/ground_truth/sightings", needs_name=True),
+    "truth": Role(Pose, "/ground_truth/pose", needs_name=True),
+    "initial_pose": Role(Pose, "/initialpose", needs_name=True),
+    "pose": Role(Pose),
 }
 
 SIGHTINGS_SCHEMA = "logpose.Sightings"
@@ -96,7 +96,7 @@ class TopicInfo:
 
 def roles_of_type(ros_type: str) -> tuple[str, ...]:
     """Return the roles that a topic of this type can play."""
-    return tuple(r for r, role in ROLES.items() if any(ros_type in TYPES[e] for e in role.events))
+    return tuple(r for r, role in ROLES.items() if ros_type in TYPES[role.event])
 
 
 def is_static_transform(channel: Channel) -> bool:
@@ -170,21 +170,19 @@ def sibling_of(image_topic: str, candidates: Sequence[str]) -> str:
 
 def can_play(topic: TopicInfo, role: str, *, is_named: bool) -> bool:
     """Tell whether a topic can play a role; a String holds sightings only where its name says so."""
-    kinds = topic.type.split(", ")
-    types = [t for event in ROLES[role].events for t in TYPES[event]]
-    if any(kind in types for kind in kinds):
+    ros_types = topic.type.split(", ")
+    if any(ros_type in TYPES[ROLES[role].event] for ros_type in ros_types):
         return topic.is_readable
     is_default = topic.name == ROLES[role].default
-    return Sightings in ROLES[role].events and STRING in kinds and (is_named or is_default)
+    return ROLES[role].event is Sightings and STRING in ros_types and (is_named or is_default)
 
 
 def _named(where: str, topics: Sequence[TopicInfo], role: str, name: str) -> str:
     for topic in topics:
         if topic.name.lstrip("/") == name.lstrip("/") and can_play(topic, role, is_named=True):
             return topic.name
-    kinds = " or ".join(event.__name__ for event in ROLES[role].events)
     names = ", ".join(t.name for t in topics if can_play(t, role, is_named=False)) or "none"
-    raise ConfigError(f"{where}: no topic {name!r} of type {kinds}. Topics of this type: {names}.")
+    raise ConfigError(f"{where}: no topic {name!r} of type {ROLES[role].event.__name__}. Topics of this type: {names}.")
 
 
 def _automatic(where: str, topics: Sequence[TopicInfo], role: str, image: str) -> str:
@@ -197,16 +195,15 @@ def _automatic(where: str, topics: Sequence[TopicInfo], role: str, image: str) -
         return ""
     taken = {r.default for n, r in ROLES.items() if n != role and r.default and r.needs_name}
     candidates = [t for t in candidates if t.name not in taken]
-    for event in spec.events:
-        for kind in TYPES[event]:
-            names = [t.name for t in candidates if kind in t.type.split(", ")]
-            if role == "camera_info" and len(names) > 1:
-                return sibling_of(image, names)
-            if len(names) > 1:
-                raise ConfigError(
-                    f"{where}: several topics of type {event.__name__}: {', '.join(names)}. "
-                    f"Choose one with --topic {role}={names[0]}."
-                )
-            if names:
-                return names[0]
+    for ros_type in TYPES[spec.event]:
+        names = [t.name for t in candidates if ros_type in t.type.split(", ")]
+        if role == "camera_info" and len(names) > 1:
+            return sibling_of(image, names)
+        if len(names) > 1:
+            raise ConfigError(
+                f"{where}: several topics of type {spec.event.__name__}: {', '.join(names)}. "
+                f"Choose one with --topic {role}={names[0]}."
+            )
+        if names:
+            return names[0]
     return ""
