@@ -66,7 +66,7 @@ class Chunk:
     """A piece of a file that is read at once.
 
     Attributes:
-        start, end: first and last log time in it [ns].
+        start: first log time in it [ns].
         offset: of its data in the file.
         size: of its data in the file [bytes].
         inflated: size when decompressed [bytes].
@@ -76,7 +76,6 @@ class Chunk:
     """
 
     start: int
-    end: int
     offset: int
     size: int
     inflated: int

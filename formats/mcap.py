@@ -40,7 +40,6 @@ class McapFile:
         self.name = name or str(path)
         self.problems: list[str] = []
         self.is_cut = False
-        self.profile = ""
         self.channels: dict[int, Channel] = {}
         self._chunks: list[Chunk] = []
         self._schemas: dict[int, tuple[str, str, str]] = {}
@@ -135,12 +134,12 @@ class McapFile:
         from mcap.records import ChunkIndex, Header, Statistics
 
         if opcode == CHUNK:
-            start, end, inflated, crc, n = _CHUNK.unpack(stream.read(_CHUNK.size))
+            start, _, inflated, crc, n = _CHUNK.unpack(stream.read(_CHUNK.size))
             compression = stream.read(n).decode()
             (stored,) = struct.unpack("<Q", stream.read(8))
             offset = body + _CHUNK.size + n + 8
             stored = min(stored, body + length - offset)
-            self._chunks.append(Chunk(start, end, offset, stored, inflated, compression, crc))
+            self._chunks.append(Chunk(start, offset, stored, inflated, compression, crc))
         elif opcode == MESSAGE_INDEX:
             channel, n = struct.unpack("<HI", stream.read(6))
             if n and self._chunks:
@@ -159,7 +158,7 @@ class McapFile:
         elif opcode == FOOTER:
             self._footer = body
         elif opcode == HEADER:
-            self.profile = Header.read(ReadDataStream(BytesIO(stream.read(length)))).profile
+            Header.read(ReadDataStream(BytesIO(stream.read(length))))  # a damaged one is noticed here
 
     def _define(self, opcode: int, body: bytes) -> None:
         from mcap import records
@@ -176,9 +175,9 @@ class McapFile:
     def _extend_run(self, stream: BinaryIO, run: Chunk | None, position: int, length: int) -> Chunk:
         channel, _, log_time, _ = _MESSAGE.unpack(stream.read(_MESSAGE.size))
         if run is None or run.size > RUN_BYTES:
-            run = Chunk(log_time, log_time, position, 0, 0, "")
+            run = Chunk(log_time, position, 0, 0, "")
             self._chunks.append(run)
-        run.start, run.end = min(run.start, log_time), max(run.end, log_time)
+        run.start = min(run.start, log_time)
         run.size += _RECORD.size + length
         run.inflated = run.size
         run.counts[channel] = run.counts.get(channel, 0) + 1

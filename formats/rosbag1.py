@@ -112,7 +112,7 @@ class Rosbag1File:
                 raise FormatError(f"{self.name}: the bag is encrypted. Decrypt it first.")
         elif opcode == CHUNK:
             compression, inflated = fields["compression"].decode(), _uint32(fields["size"])
-            self._chunks.append(Chunk(0, 0, offset, length, inflated, compression))
+            self._chunks.append(Chunk(0, offset, length, inflated, compression))
         elif opcode == INDEX:
             self._index(stream.read(length), _uint32(fields["conn"]))
         elif opcode == CONNECTION:
@@ -130,9 +130,8 @@ class Rosbag1File:
             return
         times = entries["sec"].astype(np.int64) * 1_000_000_000 + entries["nsec"]
         chunk = self._chunks[-1]
-        first, last = int(times.min()), int(times.max())
+        first = int(times.min())
         chunk.start = min(chunk.start, first) if chunk.counts else first
-        chunk.end = max(chunk.end, last)
         chunk.counts[connection] = chunk.counts.get(connection, 0) + len(entries)
 
     def _connect(self, fields: dict[str, bytes], data: bytes) -> None:
@@ -164,7 +163,7 @@ class Rosbag1File:
                 except Exception:  # noqa: BLE001, S110  # counted as a loss when the messages are read
                     pass
                 if times and not chunk.counts:
-                    chunk.start, chunk.end, chunk.counts = min(times), max(times), counts
+                    chunk.start, chunk.counts = min(times), counts
 
     def _count(self) -> None:
         seen: dict[int, int] = {}
