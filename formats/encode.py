@@ -30,12 +30,12 @@ from .events import (
 from .foxglove import DEFINITIONS
 from .mark_poses import mark_pose_line
 from .sightings import sightings_line
+from .text import NANOSECONDS
 from .topics import STRING
 
 Fields = Mapping[str, Any]
 
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"
-_NANOSECONDS = 1_000_000_000
 _MAX_SECONDS = {"ros1": 2**32, "ros2": 2**31}
 
 
@@ -53,7 +53,7 @@ def as_message(event: Event) -> tuple[str, Fields]:
 
 def stamp_fields(stamp: int) -> Fields:
     """Return a time as the fields of ``builtin_interfaces/Time``."""
-    return {"sec": stamp // _NANOSECONDS, "nanosec": stamp % _NANOSECONDS}
+    return {"sec": stamp // NANOSECONDS, "nanosec": stamp % NANOSECONDS}
 
 
 def header(stamp: int, frame_id: str = "") -> Fields:

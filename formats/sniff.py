@@ -3,6 +3,7 @@
 from enum import Enum
 from pathlib import Path
 
+from . import mcap, rosbag1
 from .container import guarded
 from .errors import FormatError
 
@@ -21,11 +22,12 @@ class Kind(Enum):
     IMAGE_FOLDER = "images"
 
 
+_ZSTD = b"\x28\xb5\x2f\xfd"
 _MAGICS: tuple[tuple[bytes, Kind], ...] = (
-    (b"#ROSBAG V2.0\n", Kind.ROSBAG1),
-    (b"\x89MCAP0\r\n", Kind.MCAP),
+    (rosbag1.MAGIC, Kind.ROSBAG1),
+    (mcap.MAGIC, Kind.MCAP),
     (b"SQLite format 3\x00", Kind.SQLITE),
-    (b"\x28\xb5\x2f\xfd", Kind.ZSTD),
+    (_ZSTD, Kind.ZSTD),
 )
 _IMAGES: tuple[tuple[bytes, str], ...] = (
     (b"\xff\xd8\xff", "jpeg"),
@@ -89,7 +91,7 @@ def storage_files(folder: Path) -> list[Path]:
         if not path.is_file() or path.name.startswith("."):
             continue
         head = _head(path)
-        is_zstd = head.startswith(b"\x28\xb5\x2f\xfd") and path.name.endswith((".db3.zstd", ".mcap.zstd"))
+        is_zstd = head.startswith(_ZSTD) and path.name.endswith((".db3.zstd", ".mcap.zstd"))
         if is_zstd or any(head.startswith(magic) for magic, kind in _MAGICS if kind in kinds):
             files.append(path)
     return files

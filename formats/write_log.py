@@ -20,7 +20,9 @@ T = TypeVar("T")
 Compression = Literal["none", "lz4", "zstd", "bz2"]
 CHUNK_BYTES = 1 << 20
 
-# Both are latched: a player must repeat them to whoever comes later.
+_LATCHED = ("tf_static", "camera_info", "initialpose")
+"""Ends of topics that a player must repeat to whoever comes later."""
+
 _LATCHED_QOS = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
     "  deadline:\n    sec: 9223372036\n    nsec: 854775807\n"
@@ -33,7 +35,7 @@ _LATCHED_QOS = (
 class _Sink(Protocol):
     """What writes one container."""
 
-    def message(self, topic: str, kind: str, stamp: int, message: Any) -> None: ...
+    def message(self, topic: str, ros_type: str, stamp: int, message: Any) -> None: ...
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None: ...
 
@@ -143,8 +145,7 @@ class _McapSink:
         data = self._encoder.encode(ros_type, message)
         if (topic, ros_type) not in self._channels:
             definition = self._encoder.definition(ros_type)[0]
-            is_latched = topic.endswith(("tf_static", "camera_info", "initialpose"))
-            metadata = {"offered_qos_profiles": _LATCHED_QOS if is_latched else ""}
+            metadata = {"offered_qos_profiles": _LATCHED_QOS if topic.endswith(_LATCHED) else ""}
             schema = self._schema(ros_type, "ros2msg", definition)
             self._channels[topic, ros_type] = self._writer.register_channel(topic, "cdr", schema, metadata)
         self._add(self._channels[topic, ros_type], stamp, bytes(data))
@@ -206,7 +207,7 @@ class _BagSink:
         data = self._encoder.encode(ros_type, message)
         if (topic, ros_type) not in self._connections:
             definition, digest = self._encoder.definition(ros_type)
-            latching = 1 if topic.endswith(("tf_static", "camera_info", "initialpose")) else 0
+            latching = int(topic.endswith(_LATCHED))
             self._connections[topic, ros_type] = self._writer.add_connection(
                 topic, ros_type, msgdef=definition, md5sum=digest, callerid="/logpose", latching=latching
             )
