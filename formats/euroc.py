@@ -7,7 +7,7 @@ from .errors import FormatError
 from .files import replacing_text
 from .poses import PoseRows, check_trajectory, unit_quaternion
 from .products import Trajectory
-from .text import parse_nanoseconds, parse_number, text_lines
+from .text import content_lines, parse_nanoseconds, parse_number, text_lines
 
 HEADER = "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []"
 _NAMES = ("x", "y", "z", "qw", "qx", "qy", "qz")
@@ -25,10 +25,7 @@ def read_euroc(path: str | Path, *, allow_repeats: bool = False) -> Trajectory:
 def parse_euroc(lines: Iterable[tuple[int, str]], name: str, *, allow_repeats: bool = False) -> Trajectory:
     """Read an EuRoC trajectory from numbered lines; ``name`` stands for the file in errors."""
     rows = PoseRows(name, allow_repeats)
-    for number, line in lines:
-        text = line.strip()
-        if not text or text.startswith("#"):
-            continue
+    for number, text in content_lines(lines):
         where = f"{name}:{number}"
         cells = [cell.strip() for cell in text.split(",")]
         if len(cells) < 8:

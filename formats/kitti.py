@@ -15,7 +15,7 @@ from .files import replacing_text
 from .poses import PoseRows, check_trajectory
 from .products import Trajectory
 from .rotation import quaternion_from_rotation, rotation_from_quaternion
-from .text import NANOSECONDS, format_seconds, parse_number, parse_seconds, text_lines
+from .text import NANOSECONDS, content_lines, format_seconds, parse_number, parse_seconds, text_lines
 
 ROTATION_TOLERANCE = 0.02
 """The largest entry of R R^T - I; more is no rounded rotation."""
@@ -54,10 +54,7 @@ def parse_kitti(lines: Iterable[tuple[int, str]], name: str, times: str | Path |
     stamps = None if times is None else _read_times(times)
     rows = PoseRows(name)
     matrices = []
-    for number, line in lines:
-        text = line.strip()
-        if not text or text.startswith("#"):
-            continue
+    for number, text in content_lines(lines):
         where = f"{name}:{number}"
         cells = text.split()
         if len(cells) != 12:
@@ -99,8 +96,4 @@ def write_kitti(trajectory: Trajectory, path: str | Path) -> None:
 
 
 def _read_times(path: str | Path) -> list[int]:
-    return [
-        parse_seconds(line.strip(), f"{path}:{number}")
-        for number, line in text_lines(path)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    return [parse_seconds(text, f"{path}:{number}") for number, text in content_lines(text_lines(path))]

@@ -6,7 +6,7 @@ the text, never through a float: a float holds today's seconds only to about 240
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from decimal import ROUND_HALF_EVEN, Decimal, InvalidOperation
 from pathlib import Path
 
@@ -44,6 +44,20 @@ def text_lines(path: str | Path) -> Iterator[tuple[int, str]]:
 def read_text(path: str | Path) -> str:
     """Return a whole text file; errors as ``text_lines``."""
     return "\n".join(line for _, line in text_lines(path))
+
+
+def content_lines(lines: Iterable[tuple[int, str]]) -> Iterator[tuple[int, str]]:
+    """Yield numbered lines without the space around them; not those that are empty or begin with ``#``."""
+    for number, line in lines:
+        text = line.strip()
+        if text and not text.startswith("#"):
+            yield number, text
+
+
+def comment_value(line: str, key: str) -> str | None:
+    """Return what a line ``# key: value`` says, None where it is none of this key."""
+    found, _, value = line.lstrip("# \t").partition(":")
+    return value.strip() if found.strip() == key else None
 
 
 def parse_number(text: str, where: str, name: str) -> float:

@@ -9,7 +9,7 @@ from .euroc import parse_euroc
 from .kitti import find_times, parse_kitti, write_kitti
 from .poses import check_trajectory
 from .products import Trajectory
-from .text import text_lines
+from .text import content_lines, text_lines
 from .trajectory_csv import parse_trajectory_csv, write_trajectory_csv
 from .tum import parse_tum, write_tum
 
@@ -69,7 +69,7 @@ def _parse(path: str, times: Path | None, allow_repeats: bool) -> Trajectory:
         if isinstance(err.__cause__, UnicodeDecodeError):
             raise FormatError(f"{path}: is no text file. If it is a log, name a topic: {path}:/topic.") from err
         raise
-    first = next(((number, s) for number, line in lines if (s := line.strip()) and not s.startswith("#")), None)
+    first = next(content_lines(lines), None)
     if first is None:
         raise FormatError(f"{name}: has no poses. Name a file with at least one.")
     number, text = first

@@ -13,6 +13,7 @@ a value does not exist. Floats are read back bit by bit.
 import csv
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TextIO
 
@@ -23,8 +24,7 @@ from .events import Array, Pose
 from .files import replacing_text
 from .poses import PoseRows, StampOrder, check_pose, check_trajectory, unit_quaternion
 from .products import Trajectory
-from .text import parse_nanoseconds, parse_number, text_lines
-from .tum import header_frame
+from .text import comment_value, parse_nanoseconds, parse_number, text_lines
 
 SCHEMA = "trajectory/1"
 POSE_COLUMNS = ("stamp_ns", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
@@ -56,8 +56,10 @@ def parse_trajectory_csv(lines: Iterable[tuple[int, str]], name: str, *, allow_r
         text = line.strip()
         where = f"{name}:{number}"
         if text.startswith("#"):
-            _check_schema(text, where)
-            rows.frame_id = header_frame(text) or rows.frame_id
+            schema = comment_value(text, "logpose")
+            if schema not in {None, SCHEMA}:
+                raise FormatError(f"{where}: the file is {schema!r}, not {SCHEMA!r}. Convert it first.")
+            rows.frame_id = comment_value(text, "frame") or rows.frame_id
             continue
         if not text:
             continue
@@ -75,15 +77,7 @@ def parse_trajectory_csv(lines: Iterable[tuple[int, str]], name: str, *, allow_r
             covariances.append(_covariance(cell, where))
         for key, column in further.items():
             column.append(_value(cell[key]))
-    trajectory = rows.trajectory()
-    return Trajectory(
-        stamps=trajectory.stamps,
-        positions=trajectory.positions,
-        orientations=trajectory.orientations,
-        frame_id=trajectory.frame_id,
-        covariances=np.array(covariances) if covariances else None,
-        columns=further,
-    )
+    return replace(rows.trajectory(), covariances=np.array(covariances) if covariances else None, columns=further)
 
 
 def write_trajectory_csv(trajectory: Trajectory, path: str | Path) -> None:
@@ -164,12 +158,6 @@ def _cells(line: str, where: str) -> list[str]:
         return [cell.strip() for cell in next(csv.reader([line], strict=True))]
     except csv.Error as err:
         raise FormatError(f"{where}: is no CSV ({err}). Correct the line.") from err
-
-
-def _check_schema(text: str, where: str) -> None:
-    key, _, value = text.lstrip("# ").partition(":")
-    if key.strip() == "logpose" and value.strip() != SCHEMA:
-        raise FormatError(f"{where}: the file is {value.strip()!r}, not {SCHEMA!r}. Convert it first.")
 
 
 def _check_header(cells: Sequence[str], where: str) -> list[str]:

@@ -13,7 +13,7 @@ from .events import Array, Pose
 from .files import replacing_text
 from .poses import PoseRows, StampOrder, check_pose, check_trajectory, unit_quaternion
 from .products import Trajectory
-from .text import format_seconds, parse_number, parse_seconds, text_lines
+from .text import comment_value, format_seconds, parse_number, parse_seconds, text_lines
 
 _NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
@@ -39,7 +39,7 @@ def parse_tum(lines: Iterable[tuple[int, str]], name: str, *, allow_repeats: boo
     for number, line in lines:
         text = line.strip()
         if text.startswith("#"):
-            rows.frame_id = header_frame(text) or rows.frame_id
+            rows.frame_id = comment_value(text, "frame") or rows.frame_id
             continue
         if not text:
             continue
@@ -89,12 +89,6 @@ class TumWriter:
             self.repeats += 1
             return
         self._stream.write(_line(pose.stamp, pose.position, pose.orientation))
-
-
-def header_frame(line: str) -> str | None:
-    """Return the frame that a ``# frame: map`` line names, or None."""
-    key, _, value = line.lstrip("# \t").partition(":")
-    return value.strip() or None if key.strip() == "frame" else None
 
 
 def _line(stamp: int, position: Array, orientation: Array) -> str:

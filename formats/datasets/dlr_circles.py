@@ -24,7 +24,7 @@ import numpy.typing as npt
 from ..errors import FormatError
 from ..events import NO_ID, Array, Odometry, Sightings
 from ..products import LandmarkMap
-from ..text import NANOSECONDS, parse_number, text_lines
+from ..text import NANOSECONDS, content_lines, parse_number, text_lines
 from .dlr_batch import Recording, solve
 from .imported import Imported, initial_pose, true_poses, true_trajectory, write_all
 
@@ -105,11 +105,9 @@ def read_circles(path: Path) -> Recording:
     seen: list[list[float]] = []
     at: list[int] = []
     ids: list[int] = []
-    for number, line in text_lines(path):
+    for number, line in content_lines(text_lines(path)):
         where = f"{path}:{number}"
         cells = line.split()
-        if not cells or cells[0].startswith("#"):
-            continue
         if cells[0] == "STEP" and len(cells) == 11:
             steps.append([parse_number(cell, where, "a value") for cell in cells[2:]])
         elif cells[0] in {"LANDMARK", "LANDMARK_C"} and len(cells) >= 8:

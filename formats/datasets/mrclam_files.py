@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..errors import FormatError
 from ..events import NO_ID, Array
 from ..products import LandmarkMap
-from ..text import parse_number, parse_seconds, text_lines
+from ..text import content_lines, parse_number, parse_seconds, text_lines
 from .imported import Stamps
 
 N_ROBOTS = 5
@@ -103,10 +103,8 @@ def _stamped(path: Path, n_columns: int, counts: Counter[str], what: str) -> tup
 
 def _rows(path: Path, n_columns: int) -> list[tuple[str, list[str]]]:
     rows = []
-    for number, line in text_lines(path):
+    for number, line in content_lines(text_lines(path)):
         cells = line.split()
-        if not cells or cells[0].startswith("#"):
-            continue
         if len(cells) != n_columns:
             raise FormatError(f"{path}:{number}: has {len(cells)} columns, not {n_columns}. Name an MRCLAM folder.")
         rows.append((f"{path}:{number}", cells))
