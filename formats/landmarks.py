@@ -17,15 +17,17 @@ import csv
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from .errors import ConfigError, FormatError
 from .events import Array
 from .files import replacing_text
+from .map_file import in_metres, map_entries, map_id, map_number
 from .products import LandmarkMap
-from .text import parse_number, text_lines
-from .yaml_file import YamlMapping, parse_yaml, yaml_float, yaml_text
+from .text import comment_value, content_lines, parse_number, text_lines
+from .yaml_file import YamlMapping, yaml_float, yaml_text
 
 SCHEMA = "landmarks/1"
 MIN_DISTANCE_M = 0.05
@@ -42,24 +44,25 @@ def read_landmarks(path: str | Path) -> LandmarkMap:
         FormatError: no such file, another schema or version, a missing key, a number that is none, no
             landmark at all, an id that stands twice, or two landmarks nearer than 0.05 m.
     """
-    lines = list(text_lines(path))
-    content = [line for _, line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not content:
+    name, lines = str(path), list(text_lines(path))
+    first = next(content_lines(lines), None)
+    if first is None:
         raise FormatError(f"{path}: is empty. Name a landmark map, 'logpose: {SCHEMA}' or CSV.")
-    if content[0].replace(" ", "").split(",")[0] == "id":
-        found = _read_csv(lines, str(path))
+    if first[1].replace(" ", "").split(",")[0] == "id":
+        frame, rows = _read_csv(lines, name)
     else:
-        found = _read_yaml("\n".join(line for _, line in lines), str(path))
-    _check(found, str(path))
-    rows = found.rows
+        text = "\n".join(line for _, line in lines)
+        frame, entries = map_entries(text, name, SCHEMA, noun="landmark map", short="landmark map")
+        rows = [_entry(entry, name, i) for i, entry in enumerate(entries)]
+    _check(rows, name)
     covariances = None
-    if rows and rows[0].covariance is not None:
+    if rows[0].covariance is not None:
         covariances = np.array([row.covariance for row in rows])
     return LandmarkMap(
         ids=np.array([row.id for row in rows], dtype=np.int64),
         positions=np.array([row.position for row in rows], dtype=np.float64),
         covariances=covariances,
-        frame_id=found.frame,
+        frame_id=frame,
     )
 
 
@@ -94,23 +97,16 @@ def convert_landmarks(source: str, target: str) -> None:
     write_landmarks(read_landmarks(source), target)
 
 
-class _Row:
+class _Row(NamedTuple):
     """One landmark and the line it stands in."""
 
-    def __init__(self, identity: int, position: list[float], covariance: Array | None, line: int) -> None:
-        self.id = identity
-        self.position = position
-        self.covariance = covariance
-        self.line = line
+    id: int
+    position: list[float]
+    covariance: Array | None
+    line: int
 
 
-class _Found:
-    def __init__(self, frame: str, rows: list[_Row]) -> None:
-        self.frame = frame
-        self.rows = rows
-
-
-def _read_csv(lines: list[tuple[int, str]], name: str) -> _Found:
+def _read_csv(lines: list[tuple[int, str]], name: str) -> tuple[str, list[_Row]]:
     frame = "map"
     columns: list[str] | None = None
     rows = []
@@ -118,8 +114,7 @@ def _read_csv(lines: list[tuple[int, str]], name: str) -> _Found:
         where = f"{name}:{number}"
         text = line.strip()
         if text.startswith("#"):
-            key, _, value = text.lstrip("# ").partition(":")
-            frame = value.strip() if key.strip() == "frame" and value.strip() else frame
+            frame = comment_value(text, "frame") or frame
             continue
         if not text:
             continue
@@ -133,33 +128,10 @@ def _read_csv(lines: list[tuple[int, str]], name: str) -> _Found:
             raise FormatError(f"{where}: has {len(cells)} columns, the header {len(columns)}. Correct the line.")
         cell = dict(zip(columns, cells, strict=True))
         position = [
-            _in_range(parse_number(cell.get(key, "0"), where, key), where, key) for key in ("x_m", "y_m", "z_m")
+            in_metres(parse_number(cell.get(key, "0"), where, key), where, key) for key in ("x_m", "y_m", "z_m")
         ]
-        rows.append(_Row(_identity(_integer(cell["id"]), where), position, None, number))
-    return _Found(frame, rows)
-
-
-def _read_yaml(text: str, name: str) -> _Found:
-    document = parse_yaml(text, name)
-    if not isinstance(document, YamlMapping):
-        raise FormatError(f"{name}: is no landmark map. It must begin with 'logpose: {SCHEMA}'.")
-    schema = document.get("logpose")
-    if schema != SCHEMA:
-        where = f"{name}:{document.lines.get('logpose', 1)}"
-        if schema is None:
-            raise FormatError(f"{where}: key 'logpose' is missing. Write 'logpose: {SCHEMA}' into the first line.")
-        raise FormatError(f"{where}: the file is {schema!r}, not {SCHEMA!r}. Name a landmark map of this version.")
-    frame = document.get("frame", "map")
-    if not isinstance(frame, str):
-        raise FormatError(f"{name}:{document.lines['frame']}: frame is {frame!r}. It must be a name.")
-    if "landmarks" not in document:
-        raise FormatError(f"{name}: key 'landmarks' is missing. Give a list of landmarks.")
-    entries = document["landmarks"]
-    if entries is None:
-        entries = []
-    if not isinstance(entries, list):
-        raise FormatError(f"{name}:{document.lines['landmarks']}: landmarks is no list. Give one entry each.")
-    return _Found(frame, [_entry(entry, name, i) for i, entry in enumerate(entries)])
+        rows.append(_Row(map_id(_integer(cell["id"]), where), position, None, number))
+    return frame, rows
 
 
 def _entry(entry: object, name: str, index: int) -> _Row:
@@ -172,8 +144,10 @@ def _entry(entry: object, name: str, index: int) -> _Row:
     for key in ("id", "x_m", "y_m"):
         if key not in entry:
             raise FormatError(f"{where}: key {key!r} is missing. Write {{id: 0, x_m: .., y_m: .., z_m: ..}}.")
-    position = [_in_range(_yaml_number(entry.get(key, 0.0), where, key), where, key) for key in ("x_m", "y_m", "z_m")]
-    return _Row(_identity(entry["id"], where), position, _covariance(entry, where), entry.line)
+    position = [
+        in_metres(map_number(entry.get(key, 0.0), where, key, "landmark"), where, key) for key in ("x_m", "y_m", "z_m")
+    ]
+    return _Row(map_id(entry["id"], where), position, _covariance(entry, where), entry.line)
 
 
 def _covariance(entry: Mapping[object, object], where: str) -> Array | None:
@@ -182,7 +156,7 @@ def _covariance(entry: Mapping[object, object], where: str) -> Array | None:
         return None
     if not isinstance(given, list) or len(given) not in {3, 6}:
         raise FormatError(f"{where}: cov_m2 is {given!r}. It must be [xx, xy, xz, yy, yz, zz] or [xx, xy, yy].")
-    v = [_yaml_number(value, where, "cov_m2") for value in given]
+    v = [map_number(value, where, "cov_m2", "landmark") for value in given]
     if len(v) == 3:
         v = [v[0], v[1], 0.0, v[2], 0.0, 0.0]
     matrix = np.array([[v[0], v[1], v[2]], [v[1], v[3], v[4]], [v[2], v[4], v[5]]])
@@ -191,8 +165,7 @@ def _covariance(entry: Mapping[object, object], where: str) -> Array | None:
     return matrix
 
 
-def _check(found: _Found, name: str) -> None:
-    rows = found.rows
+def _check(rows: list[_Row], name: str) -> None:
     if not rows:
         raise FormatError(f"{name}: the map has no landmarks. Give at least one.")
     seen: dict[int, int] = {}
@@ -230,29 +203,8 @@ def _near_pair(rows: list[_Row]) -> tuple[_Row, _Row, float] | None:
     return None
 
 
-def _identity(value: object, where: str) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**63:
-        raise FormatError(f"{where}: id is {value!r}. It must be an integer from 0.")
-    return value
-
-
 def _integer(text: str) -> int | str:
     try:
         return int(text)
     except ValueError:
         return text
-
-
-def _in_range(value: float, where: str, key: str) -> float:
-    if abs(value) >= 1e9:
-        raise FormatError(f"{where}: {key} is {value!r} m. No map is that large; the unit is metres.")
-    return value
-
-
-def _yaml_number(value: object, where: str, key: str) -> float:
-    # YAML 1.1 reads 1e-3 (without a point) as a string: taken as the number that was meant.
-    if isinstance(value, str):
-        return parse_number(value, where, key)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FormatError(f"{where}: {key} is {value!r}, not a number. Correct or remove the landmark.")
-    return parse_number(repr(value), where, key)

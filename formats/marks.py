@@ -23,9 +23,10 @@ import numpy as np
 from .errors import FormatError
 from .events import Array
 from .files import replacing_text
+from .map_file import in_metres, map_entries, map_id, map_number
 from .products import MarkMap, StripeMark
-from .text import parse_number, read_text
-from .yaml_file import YamlMapping, YamlSequence, parse_yaml, yaml_float, yaml_text
+from .text import content_lines, read_text
+from .yaml_file import YamlMapping, YamlSequence, yaml_float, yaml_text
 
 SCHEMA = "marks/1"
 MIN_LINES = 3
@@ -48,25 +49,9 @@ def read_marks(path: str | Path) -> MarkMap:
             at all, an id that stands twice, or a mark that cannot be (``check_marks``).
     """
     text, name = read_text(path), str(path)
-    if not any(line.strip() and not line.lstrip().startswith("#") for line in text.splitlines()):
+    if not any(content_lines(enumerate(text.splitlines()))):
         raise FormatError(f"{name}: is empty. Name a map of stripe marks, 'logpose: {SCHEMA}'.")
-    document = parse_yaml(text, name)
-    if not isinstance(document, YamlMapping):
-        raise FormatError(f"{name}: is no map of stripe marks. It must begin with 'logpose: {SCHEMA}'.")
-    schema = document.get("logpose")
-    if schema != SCHEMA:
-        where = f"{name}:{document.lines.get('logpose', 1)}"
-        if schema is None:
-            raise FormatError(f"{where}: key 'logpose' is missing. Write 'logpose: {SCHEMA}' into the first line.")
-        raise FormatError(f"{where}: the file is {schema!r}, not {SCHEMA!r}. Name a map of this version.")
-    frame = document.get("frame", "map")
-    if not isinstance(frame, str):
-        raise FormatError(f"{name}:{document.lines['frame']}: frame is {frame!r}. It must be a name.")
-    if "marks" not in document:
-        raise FormatError(f"{name}: key 'marks' is missing. Give a list of marks.")
-    entries = [] if document["marks"] is None else document["marks"]
-    if not isinstance(entries, list):
-        raise FormatError(f"{name}:{document.lines['marks']}: marks is no list. Give one entry each.")
+    frame, entries = map_entries(text, name, SCHEMA, noun="map of stripe marks", short="map")
     if not entries:
         raise FormatError(f"{name}: the map has no marks. Give at least one.")
     return MarkMap(marks=_entries(entries, name), frame_id=frame)
@@ -104,7 +89,7 @@ def check_marks(marks: MarkMap, where: str) -> None:
     seen: set[int] = set()
     for mark in marks.marks:
         here = f"{where}: mark {mark.id}"
-        _identity(mark.id, here)
+        map_id(mark.id, here)
         if mark.id in seen:
             raise FormatError(f"{here}: the id stands twice. Give each mark its own.")
         seen.add(mark.id)
@@ -153,7 +138,7 @@ def _mark(entry: YamlMapping, name: str) -> StripeMark:
         widths = np.full(len(lines), _number(bars, at("bar_m"), "bar_m"))
     height = entry.get("height_m")
     mark = StripeMark(
-        id=_identity(entry["id"], at("id")),
+        id=map_id(entry["id"], at("id")),
         lines=np.array(lines, dtype=np.float64),
         bars=widths,
         pose=np.array([_number(entry[key], at(key), key) for key in ("x_m", "y_m", "heading_rad")]),
@@ -185,8 +170,7 @@ def _check(mark: StripeMark, at: At) -> None:
             f"{at('height_m')}: height_m is {mark.height!r}. It must be greater than 0 and at most {MAX_WIDTH_M:g} m."
         )
     for key, value in zip(("x_m", "y_m"), mark.pose[:2], strict=True):
-        if not abs(value) < 1e9:
-            raise FormatError(f"{at(key)}: {key} is {float(value)!r} m. No map is that large; the unit is metres.")
+        in_metres(float(value), at(key), key)
     heading = float(mark.pose[2])
     if not abs(heading) <= 2 * math.pi:
         raise FormatError(
@@ -211,12 +195,6 @@ def _check_bars(mark: StripeMark, lines: list[float], at: At) -> None:
             )
 
 
-def _identity(value: object, where: str) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**63:
-        raise FormatError(f"{where}: id is {value!r}. It must be an integer from 0.")
-    return value
-
-
 def _numbers(value: object, at: At, key: str) -> list[float]:
     if not isinstance(value, YamlSequence):
         raise FormatError(f"{at(key)}: {key} is {value!r}, not a list. Write {key}: [.., .., ..].")
@@ -225,9 +203,4 @@ def _numbers(value: object, at: At, key: str) -> list[float]:
 
 
 def _number(value: object, where: str, key: str) -> float:
-    # YAML 1.1 reads 1e-3 (without a point) as a string: taken as the number that was meant.
-    if isinstance(value, str):
-        return parse_number(value, where, key)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FormatError(f"{where}: {key} is {value!r}, not a number. Correct or remove the mark.")
-    return parse_number(repr(value), where, key)
+    return map_number(value, where, key, "mark")
