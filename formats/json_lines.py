@@ -6,12 +6,12 @@ The first line may name the schema, ``{"logpose": "<name>/<version>"}``; numbers
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from .errors import FormatError
-from .events import Event
+from .events import NO_ID, Event
 from .files import replacing_text
 from .text import text_lines
 
@@ -20,7 +20,7 @@ E = TypeVar("E", bound=Event)
 
 def schema_line(schema: str) -> str:
     """Return the first line of a file, with its line end."""
-    return json.dumps({"logpose": schema}) + "\n"
+    return json_line({"logpose": schema})
 
 
 def json_lines(path: str | Path, schema: str) -> Iterator[tuple[str, object]]:
@@ -67,6 +67,49 @@ def write_events(events: Iterable[E], path: str | Path, schema: str, line: Calla
             stream.write(line(event))
             count += 1
     return count
+
+
+def json_line(value: Mapping[str, object]) -> str:
+    """Return one line of a file, with its line end."""
+    return json.dumps(value, allow_nan=False) + "\n"
+
+
+def json_event(line: object, where: str) -> tuple[Mapping[str, Any], int]:
+    """Return a line as a mapping, and its ``stamp_ns``.
+
+    Raises:
+        FormatError: it is no object, or has no such stamp.
+    """
+    if not isinstance(line, Mapping):
+        raise FormatError(f"{where}: is {type(line).__name__}, not an object. Write one JSON object per line.")
+    stamp = line.get("stamp_ns")
+    if not isinstance(stamp, int) or isinstance(stamp, bool) or abs(stamp) >= 2**63:
+        raise FormatError(f"{where}: stamp_ns is {stamp!r}. It must be integer nanoseconds.")
+    return line, stamp
+
+
+def json_string(value: object, where: str, key: str) -> str:
+    """Return a value as a string.
+
+    Raises:
+        FormatError: it is none.
+    """
+    if not isinstance(value, str):
+        raise FormatError(f"{where}: {key} is {value!r}. It must be a string.")
+    return value
+
+
+def json_index(value: object, where: str, key: str) -> int:
+    """Return a value as an id or a place in a list, ``NO_ID`` for null.
+
+    Raises:
+        FormatError: it is neither null nor an integer from 0.
+    """
+    if value is None:
+        return NO_ID
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**63:
+        raise FormatError(f"{where}: {key} is {value!r}. It must be null or an integer from 0.")
+    return value
 
 
 def or_none(value: float) -> float | None:

@@ -14,7 +14,6 @@ per row. What does not exist is ``null``: ``mark`` where none was recognised, nu
 ``robot``. The first line may be missing. Floats are written so that they are read back bit by bit.
 """
 
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -23,7 +22,17 @@ import numpy as np
 
 from .errors import FormatError
 from .events import NO_ID, Array, MarkSighting
-from .json_lines import json_number, or_none, read_events, schema_line, write_events
+from .json_lines import (
+    json_event,
+    json_index,
+    json_line,
+    json_number,
+    json_string,
+    or_none,
+    read_events,
+    schema_line,
+    write_events,
+)
 
 SCHEMA = "mark-poses/1"
 HEADER = schema_line(SCHEMA)
@@ -57,44 +66,38 @@ def mark_pose_to_json(event: MarkSighting) -> dict[str, object]:
     }
 
 
-def mark_pose_from_json(line: object, *, source: str = "mark-poses", where: str = "mark-poses") -> MarkSighting:
+def mark_pose_from_json(line: object, *, where: str = "mark-poses") -> MarkSighting:
     """Return the sighting that ``mark_pose_to_json`` made the mapping from.
 
     Args:
         line: the decoded JSON of one line.
-        source: of the event.
         where: file and line, for the message of an error.
 
     Raises:
         FormatError: a key is missing or a value is not what it should be.
     """
-    if not isinstance(line, Mapping):
-        raise FormatError(f"{where}: is {type(line).__name__}, not an object. Write one JSON object per line.")
-    stamp = line.get("stamp_ns")
-    if not isinstance(stamp, int) or isinstance(stamp, bool) or abs(stamp) >= 2**63:
-        raise FormatError(f"{where}: stamp_ns is {stamp!r}. It must be integer nanoseconds.")
-    for key, value in (("frame_id", line.get("frame_id", "map")), ("status", line.get("status"))):
-        if not isinstance(value, str):
-            raise FormatError(f"{where}: {key} is {value!r}. It must be a string.")
-    robot = line.get("robot")
+    fields, stamp = json_event(line, where)
+    frame_id = json_string(fields.get("frame_id", "map"), where, "frame_id")
+    status = json_string(fields.get("status"), where, "status")
+    robot = fields.get("robot")
     if robot is not None and not isinstance(robot, Mapping):
         raise FormatError(f"{where}: robot is {robot!r}. It must be null or {{x_m, y_m, heading_rad, cov}}.")
-    rows = line.get("edges", [])
+    rows = fields.get("edges", [])
     if not isinstance(rows, list):
         raise FormatError(f"{where}: edges is {rows!r}. It must be a list.")
     edges = [_edge(row, f"{where}: edges[{i}]") for i, row in enumerate(rows)]
     return MarkSighting(
         stamp=stamp,
-        source=source,
-        frame_id=line.get("frame_id", "map"),
-        mark=_index(line.get("mark"), where, "mark"),
-        status=line["status"],
-        pose=_values(line, _POSE, where),
-        cov=_matrix(line.get("cov"), where, "cov"),
-        attitude=_values(line, _ATTITUDE, where),
+        source="mark-poses",
+        frame_id=frame_id,
+        mark=json_index(fields.get("mark"), where, "mark"),
+        status=status,
+        pose=_values(fields, _POSE, where),
+        cov=_matrix(fields.get("cov"), where, "cov"),
+        attitude=_values(fields, _ATTITUDE, where),
         robot=_values(robot or {}, _ROBOT, f"{where}: robot"),
         robot_cov=_matrix((robot or {}).get("cov"), f"{where}: robot", "cov"),
-        row=_number(line.get("row_px"), where, "row_px"),
+        row=_number(fields.get("row_px"), where, "row_px"),
         lines=np.array([numbers for _, numbers in edges], dtype=np.float64).reshape(-1, len(_EDGE)),
         members=np.array([member for member, _ in edges], dtype=np.int64),
     )
@@ -102,7 +105,7 @@ def mark_pose_from_json(line: object, *, source: str = "mark-poses", where: str 
 
 def mark_pose_line(event: MarkSighting) -> str:
     """Return one sighting as one line of JSON with its line end."""
-    return json.dumps(mark_pose_to_json(event), allow_nan=False) + "\n"
+    return json_line(mark_pose_to_json(event))
 
 
 def write_mark_poses(events: Iterable[MarkSighting], path: str | Path) -> int:
@@ -151,15 +154,7 @@ def _matrix(value: object, where: str, key: str) -> Array:
 def _edge(row: object, where: str) -> tuple[int, list[float]]:
     if not isinstance(row, Mapping):
         raise FormatError(f"{where} is no object. Write one object per edge.")
-    return _index(row.get("member"), where, "member"), [_number(row.get(key), where, key) for key in _EDGE]
-
-
-def _index(value: object, where: str, key: str) -> int:
-    if value is None:
-        return NO_ID
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**63:
-        raise FormatError(f"{where}: {key} is {value!r}. It must be null or an integer from 0.")
-    return value
+    return json_index(row.get("member"), where, "member"), [_number(row.get(key), where, key) for key in _EDGE]
 
 
 _CURE = "Correct or remove the line."

@@ -11,7 +11,6 @@ The first line may be missing. Numbers that do not exist are ``null``: ``u_px``,
 bit by bit.
 """
 
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -20,7 +19,17 @@ import numpy as np
 
 from .errors import FormatError
 from .events import NO_ID, Sightings
-from .json_lines import json_number, or_none, read_events, schema_line, write_events
+from .json_lines import (
+    json_event,
+    json_index,
+    json_line,
+    json_number,
+    json_string,
+    or_none,
+    read_events,
+    schema_line,
+    write_events,
+)
 
 SCHEMA = "sightings/1"
 HEADER = schema_line(SCHEMA)
@@ -48,37 +57,26 @@ def sightings_to_json(event: Sightings) -> dict[str, object]:
     }
 
 
-def sightings_from_json(
-    line: object, *, source: str = "sightings", topic: str = "", where: str = "sightings"
-) -> Sightings:
+def sightings_from_json(line: object, *, where: str = "sightings") -> Sightings:
     """Return the event that ``sightings_to_json`` made the mapping from.
 
     Args:
         line: the decoded JSON of one line.
-        source: of the event.
-        topic: of the event.
         where: file and line, for the message of an error.
 
     Raises:
         FormatError: a key is missing or a value is not what it should be.
     """
-    if not isinstance(line, Mapping):
-        raise FormatError(f"{where}: is {type(line).__name__}, not an object. Write one JSON object per line.")
-    stamp = line.get("stamp_ns")
-    if not isinstance(stamp, int) or isinstance(stamp, bool) or abs(stamp) >= 2**63:
-        raise FormatError(f"{where}: stamp_ns is {stamp!r}. It must be integer nanoseconds.")
-    frame_id = line.get("frame_id", "base_link")
-    if not isinstance(frame_id, str):
-        raise FormatError(f"{where}: frame_id is {frame_id!r}. It must be a string.")
-    rows = line.get("sightings")
+    fields, stamp = json_event(line, where)
+    frame_id = json_string(fields.get("frame_id", "base_link"), where, "frame_id")
+    rows = fields.get("sightings")
     if not isinstance(rows, list):
         raise FormatError(f"{where}: has no list 'sightings'. Write an empty list where nothing was seen.")
     parsed = [_row(row, f"{where}: sightings[{i}]") for i, row in enumerate(rows)]
     table = np.array([numbers for numbers, _ in parsed], dtype=np.float64).reshape(-1, 9)
     return Sightings(
         stamp=stamp,
-        source=source,
-        topic=topic,
+        source="sightings",
         frame_id=frame_id,
         xy=table[:, 0:2],
         cov=table[:, [2, 3, 3, 4]].reshape(-1, 2, 2),
@@ -91,7 +89,7 @@ def sightings_from_json(
 
 def sightings_line(event: Sightings) -> str:
     """Return one event as one line of JSON with its line end."""
-    return json.dumps(sightings_to_json(event), allow_nan=False) + "\n"
+    return json_line(sightings_to_json(event))
 
 
 def write_sightings(events: Iterable[Sightings], path: str | Path) -> int:
@@ -123,12 +121,7 @@ def _row(row: object, where: str) -> tuple[list[float], int]:
     for key in ("u_px", "v_px", "radius_px", "score"):
         value = row.get(key)
         numbers.append(math.nan if value is None else _number(value, where, key))
-    identity = row.get("id")
-    if identity is None:
-        return numbers, NO_ID
-    if not isinstance(identity, int) or isinstance(identity, bool) or not 0 <= identity < 2**63:
-        raise FormatError(f"{where}: id is {identity!r}. It must be null or an integer from 0.")
-    return numbers, identity
+    return numbers, json_index(row.get("id"), where, "id")
 
 
 def _number(value: object, where: str, key: str) -> float:
