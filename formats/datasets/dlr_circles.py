@@ -15,18 +15,27 @@ given by hand. What the data set does not say, and what is done about it:
 Source: data by J. Kurlbaum and U. Frese, University of Bremen, and the comments at the head of the file.
 """
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import FormatError
-from ..events import NO_ID, Array, Odometry, Sightings
+from ..events import NO_ID, Array, Odometry
 from ..products import LandmarkMap
 from ..text import NANOSECONDS, content_lines, parse_number, text_lines
 from .dlr_batch import Recording, solve
-from .imported import Imported, initial_pose, true_poses, true_trajectory, write_all
+from .imported import (
+    Imported,
+    Stamps,
+    blind,
+    identified,
+    initial_pose,
+    sightings,
+    true_poses,
+    true_trajectory,
+    upright,
+    write_all,
+)
 
 STEP_NS = NANOSECONDS
 _AXES = np.array([[0.0, -1.0], [-1.0, 0.0]])
@@ -55,18 +64,20 @@ def convert_dlr_circles(source: str | Path, out_path: str | Path) -> Imported:
     stamps = STEP_NS * np.arange(1, n + 2, dtype=np.int64)
     positions = np.column_stack([solution.landmarks, np.zeros(len(solution.landmarks))])
     landmarks = LandmarkMap(ids=solution.ids, positions=positions)
-    identified = sightings(recording, stamps)
+    bounds = np.searchsorted(recording.at, np.arange(n + 1))
+    xy, cov = recording.xy, recording.covariances
+    events = sightings(stamps[1:], bounds, xy=xy, cov=cov, ids=recording.ids, score=recording.quality)
     streams = (
         [initial_pose(int(stamps[0]), np.zeros(3))],
         true_poses(stamps, solution.poses),
         odometry(recording.steps, stamps),
-        [_renamed(event, "/sightings", keep_ids=False) for event in identified],
-        [_renamed(event, "/ground_truth/sightings", keep_ids=True) for event in identified],
+        blind(events),
+        identified(events),
     )
     written = write_all(out_path, streams, landmarks, true_trajectory(stamps, solution.poses))
     counts = {
         "odometry messages": n + 1,
-        "sightings messages": len(identified),
+        "sightings messages": len(events),
         "circles seen": len(recording.ids),
         "circles seen without an id": int((recording.ids == NO_ID).sum()),
         "landmarks": len(landmarks),
@@ -138,7 +149,7 @@ def read_circles(path: Path) -> Recording:
     )
 
 
-def odometry(steps: Array, stamps: npt.NDArray[np.int64]) -> list[Odometry]:
+def odometry(steps: Array, stamps: Stamps) -> list[Odometry]:
     """Return the steps (N, 3) added up from the origin, as N + 1 odometry poses."""
     poses = [np.zeros(3)]
     for dx, dy, turn in steps:
@@ -151,35 +162,10 @@ def odometry(steps: Array, stamps: npt.NDArray[np.int64]) -> list[Odometry]:
             topic="/odom",
             frame_id="odom",
             position=np.array([x, y, 0.0]),
-            orientation=np.array([0.0, 0.0, np.sin(heading / 2), np.cos(heading / 2)]),
+            orientation=upright(heading),
         )
         for stamp, (x, y, heading) in zip(stamps.tolist(), np.array(poses).tolist(), strict=True)
     ]
-
-
-def sightings(recording: Recording, stamps: npt.NDArray[np.int64]) -> list[Sightings]:
-    """Return one event per step, also where nothing was seen."""
-    starts = np.searchsorted(recording.at, np.arange(len(recording.steps) + 1))
-    events = []
-    for stamp, a, b in zip(stamps[1:].tolist(), starts[:-1].tolist(), starts[1:].tolist(), strict=True):
-        nothing = np.full(b - a, np.nan)
-        events.append(
-            Sightings(
-                stamp=stamp,
-                frame_id="base_link",
-                xy=recording.xy[a:b],
-                cov=recording.covariances[a:b],
-                uv=np.column_stack([nothing, nothing]),
-                radius=nothing,
-                score=recording.quality[a:b],
-                ids=recording.ids[a:b],
-            )
-        )
-    return events
-
-
-def _renamed(event: Sightings, topic: str, *, keep_ids: bool) -> Sightings:
-    return replace(event, topic=topic, ids=event.ids if keep_ids else np.full(len(event.ids), NO_ID))
 
 
 def _identity(text: str, where: str) -> int:

@@ -25,7 +25,17 @@ import numpy as np
 from ..errors import ConfigError
 from ..events import NO_ID, Array, Odometry, Sightings
 from ..products import LandmarkMap
-from .imported import Imported, Stamps, initial_pose, true_poses, true_trajectory, write_all
+from .imported import (
+    Imported,
+    Stamps,
+    blind,
+    identified,
+    initial_pose,
+    sightings,
+    true_poses,
+    true_trajectory,
+    write_all,
+)
 from .mrclam_files import Measurements, read_barcodes, read_measurements, read_odometry, read_posts, read_truth
 
 N_ROBOTS = 5
@@ -77,20 +87,20 @@ def convert_mrclam(source: str | Path, out_path: str | Path, *, robot: int = 1) 
     start = max(int(stamps[0]), int(truth_stamps[0]))
     is_driven, is_seen = stamps >= start, seen.stamps >= start
     seen = Measurements(seen.stamps[is_seen], seen.subjects[is_seen], seen.polar[is_seen])
-    identified = sightings(seen, landmarks)
+    events = seen_posts(seen, landmarks)
     first = pose_at(truth_stamps, truth, np.array([start]))[0]
     streams = (
         [initial_pose(start, first)],
         true_poses(truth_stamps, truth),
         odometry(stamps[is_driven], speeds[is_driven]),
-        [replace(e, topic="/sightings", ids=np.full(len(e.ids), NO_ID)) for e in identified],
-        [replace(e, topic="/ground_truth/sightings") for e in identified],
+        blind(events),
+        identified(events),
     )
     written = write_all(out_path, streams, landmarks, true_trajectory(truth_stamps, truth))
-    n_true = sum(int((e.ids != NO_ID).sum()) for e in identified)
+    n_true = sum(int((e.ids != NO_ID).sum()) for e in events)
     totals = {
         "odometry messages": int(is_driven.sum()),
-        "sightings messages": len(identified),
+        "sightings messages": len(events),
         "true landmarks seen": n_true,
         "false landmarks seen (other robots, unknown barcodes)": len(seen.stamps) - n_true,
         "true poses": len(truth_stamps),
@@ -116,28 +126,12 @@ def odometry(stamps: Stamps, speeds: Array) -> list[Odometry]:
     ]
 
 
-def sightings(seen: Measurements, landmarks: LandmarkMap) -> list[Sightings]:
+def seen_posts(seen: Measurements, landmarks: LandmarkMap) -> list[Sightings]:
     """Return one event per stamp with all that was seen then; ids are those of posts, NO_ID for what is none."""
-    xy, cov = seen.xy, covariances(seen.polar)
     ids = np.where(np.isin(seen.subjects, landmarks.ids), seen.subjects, NO_ID)
     stamps, starts = np.unique(seen.stamps, return_index=True)
-    ends = [*starts[1:].tolist(), len(seen.stamps)]
-    events = []
-    for stamp, a, b in zip(stamps.tolist(), starts.tolist(), ends, strict=True):
-        nothing = np.full(b - a, np.nan)
-        events.append(
-            Sightings(
-                stamp=stamp,
-                frame_id="base_link",
-                xy=xy[a:b],
-                cov=cov[a:b],
-                uv=np.column_stack([nothing, nothing]),
-                radius=nothing,
-                score=nothing,
-                ids=ids[a:b],
-            )
-        )
-    return events
+    bounds = np.append(starts, len(seen.stamps))
+    return sightings(stamps, bounds, xy=seen.xy, cov=covariances(seen.polar), ids=ids)
 
 
 def covariances(polar: Array) -> Array:

@@ -5,17 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import FormatError
 from ..events import NO_ID, Array
 from ..products import LandmarkMap
 from ..text import content_lines, parse_number, parse_seconds, text_lines
-from .imported import Stamps
-
-N_ROBOTS = 5
-
-Ids = npt.NDArray[np.int64]
+from .imported import Ids, Stamps
 
 
 @dataclass(frozen=True, slots=True)
