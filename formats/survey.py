@@ -1,7 +1,7 @@
 """What is in a log, for ``logpose inspect``: topics, rates, gaps, clocks, frames, image sizes, and what is wrong."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from heapq import merge
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .container import Channel, Loss, explain
+from .container import Channel, Container, Loss, Record, explain
 from .decode import decoder_for, why_not_decodable
 from .inputs import InputFile, Opened, channels_of, open_inputs
 from .messages import frame_of, header_stamp, transforms_of
@@ -108,43 +108,45 @@ def survey(paths: Sequence[str | Path]) -> Survey:
     notes: dict[str, _Notes] = defaultdict(_Notes)
     for _, channel in channels_of(opened):
         notes[channel.topic].channels.append(channel)
+    losses: list[tuple[Container, Loss]] = []
+    for record in _all_records(opened, losses):
+        note = notes[record.channel.topic]
+        note.log_times.append(record.log_time)
+        if not why_not_decodable(record.channel):
+            _look_into(note, record)
     problems = list(opened.problems)
-    for channel, log_time, data in _all_records(opened, notes, problems):
-        note = notes[channel.topic]
-        note.log_times.append(log_time)
-        if not why_not_decodable(channel):
-            _look_into(note, channel, log_time, data)
+    for container, loss in losses:
+        if loss.channel_id is None or loss.messages is None:
+            problems.append(f"{container.name}: {loss.why}")
+        else:
+            notes[container.channels[loss.channel_id].topic].lost[loss.why] += loss.messages
     infos = topics_of((opened.containers[i].format, channel) for i, channel in channels_of(opened))
-    topics = tuple(_summed_up(info, notes[info.name], opened, problems) for info in infos)
+    topics = tuple(_summed_up(info, notes[info.name], opened.expected) for info in infos)
+    problems += [text for topic in topics for text in _problems_of(topic, notes[topic.name])]
     times = [t for note in notes.values() for t in (note.log_times[:1] + note.log_times[-1:])]
     has_loss = any(c.is_cut for c in opened.containers) or any(note.lost for note in notes.values())
     return Survey(opened.files, topics, min(times, default=None), max(times, default=None), tuple(problems), has_loss)
 
 
-def _all_records(
-    opened: Opened, notes: dict[str, _Notes], problems: list[str]
-) -> Iterator[tuple[Channel, int, bytes | memoryview]]:
-    def one(index: int) -> Iterator[tuple[Channel, int, bytes | memoryview]]:
-        container = opened.containers[index]
-        losses: list[Loss] = []
-        for record in container.records(frozenset(container.channels), losses):
-            yield record.channel, record.log_time, record.data
-        for loss in losses:
-            if loss.channel_id is None or loss.messages is None:
-                problems.append(f"{container.name}: {loss.why}")
-            else:
-                notes[container.channels[loss.channel_id].topic].lost[loss.why] += loss.messages
+def _all_records(opened: Opened, losses: list[tuple[Container, Loss]]) -> Iterator[Record]:
+    """Yield all messages by log time; append to ``losses`` what could not be read, like a container."""
 
-    yield from merge(*(one(i) for i in range(len(opened.containers))), key=lambda item: item[1])
+    def of(container: Container) -> Iterator[Record]:
+        lost: list[Loss] = []
+        yield from container.records(frozenset(container.channels), lost)
+        losses.extend((container, loss) for loss in lost)
+
+    yield from merge(*map(of, opened.containers), key=lambda record: record.log_time)
 
 
-def _look_into(note: _Notes, channel: Channel, log_time: int, data: bytes | memoryview) -> None:
+def _look_into(note: _Notes, record: Record) -> None:
+    """Take note of what one message says."""
     try:
-        message = decoder_for(channel)(data)
+        message = decoder_for(record.channel)(record.data)
         stamp = header_stamp(message)
         if stamp is None and hasattr(message, "transforms") and message.transforms:
             stamp = transforms_of(message)[0].stamp or None
-        facts = _image_facts(message) if note.image is None and "image" in roles_of_type(channel.type) else None
+        facts = _image_facts(message) if note.image is None and "image" in roles_of_type(record.channel.type) else None
         frame = frame_of(message)
     except Exception as err:  # noqa: BLE001  # whatever the deserialisers throw
         note.undecodable += 1
@@ -152,9 +154,9 @@ def _look_into(note: _Notes, channel: Channel, log_time: int, data: bytes | memo
         return
     if stamp is not None:
         note.stamps.append(stamp)
-        note.lags.append(log_time - stamp)
+        note.lags.append(record.log_time - stamp)
     elif hasattr(message, "header"):
-        note.without_stamp += log_time != 0
+        note.without_stamp += record.log_time != 0
     if frame:
         note.frames[frame] = None
     note.image = note.image or facts
@@ -166,16 +168,15 @@ def _image_facts(message: Any) -> tuple[tuple[int, int], str]:
     return (0, 0), str(getattr(message, "format", "file"))
 
 
-def _summed_up(info: TopicInfo, note: _Notes, opened: Opened, problems: list[str]) -> TopicSurvey:
+def _summed_up(info: TopicInfo, note: _Notes, expected: Mapping[str, int]) -> TopicSurvey:
     announced = info.count
-    if info.name in opened.expected:
-        announced = max(announced or 0, opened.expected[info.name])
+    if info.name in expected:
+        announced = max(announced or 0, expected[info.name])
     times = np.array(note.log_times, dtype=np.int64)
     steps = np.diff(times)
     gap = float(steps.max()) / 1e9 if len(steps) else None
     span = float(times[-1] - times[0]) / 1e9 if len(steps) else 0.0
     lag = float(np.median(np.array(note.lags, dtype=np.float64))) / 1e9 if note.lags else None
-    _complain(info.name, note, announced, problems)
     found = replace(info, is_readable=True)  # what a role could take, if it could be decoded
     return TopicSurvey(
         name=info.name,
@@ -198,28 +199,30 @@ def _summed_up(info: TopicInfo, note: _Notes, opened: Opened, problems: list[str
     )
 
 
-def _complain(name: str, note: _Notes, announced: int | None, problems: list[str]) -> None:
-    """Append what is wrong with a topic."""
+def _problems_of(topic: TopicSurvey, note: _Notes) -> list[str]:
+    """Return what is wrong with a topic, one line each."""
+    problems = []
     has_role = any(roles_of_type(channel.type) for channel in note.channels)
     for why, count in note.lost.items():
-        problems.append(f"{name}: {count} messages are lost: {why}")
-    missing = (announced or 0) - len(note.log_times) - sum(note.lost.values())
+        problems.append(f"{count} messages are lost: {why}")
+    missing = (topic.announced or 0) - len(note.log_times) - sum(note.lost.values())
     if missing > 0:
-        problems.append(f"{name}: {missing} of {announced} announced messages are not in the file")
+        problems.append(f"{missing} of {topic.announced} announced messages are not in the file")
     if note.undecodable:
-        problems.append(f"{name}: {note.undecodable} messages cannot be decoded ({note.why})")
+        problems.append(f"{note.undecodable} messages cannot be decoded ({note.why})")
     if reasons := {why_not_decodable(channel) for channel in note.channels} - {""}:
-        problems.append(f"{name}: {', '.join(sorted(reasons))}")
+        problems.append(", ".join(sorted(reasons)))
     if note.without_stamp:
-        problems.append(f"{name}: {note.without_stamp} header stamps are zero")
+        problems.append(f"{note.without_stamp} header stamps are zero")
     if backwards := int((np.diff(np.array(note.stamps, dtype=np.int64)) < 0).sum()):
-        problems.append(f"{name}: the header stamp goes back {backwards} times")
+        problems.append(f"the header stamp goes back {backwards} times")
     if has_role and len(note.log_times) > 2:
         steps = np.diff(np.array(note.log_times, dtype=np.int64)) / 1e9
         if steps.max() > max(_GAP_S, _GAP_PERIODS * float(np.median(steps))):
             at = int(np.argmax(steps))
             begin = (note.log_times[at] - note.log_times[0]) / 1e9
-            problems.append(f"{name}: a gap of {steps.max():.3f} s, {begin:.3f} s after its first message")
-    if has_role and note.lags and abs(float(np.median(np.array(note.lags, dtype=np.float64)))) > _LAG_S * 1e9:
-        lag = float(np.median(np.array(note.lags, dtype=np.float64))) / 1e9
-        problems.append(f"{name}: header stamps are {lag:.3f} s behind the log's clock; --stamp log may be needed")
+            problems.append(f"a gap of {steps.max():.3f} s, {begin:.3f} s after its first message")
+    lag = topic.median_lag_s
+    if has_role and lag is not None and abs(lag) > _LAG_S:
+        problems.append(f"header stamps are {lag:.3f} s behind the log's clock; --stamp log may be needed")
+    return [f"{topic.name}: {text}" for text in problems]
