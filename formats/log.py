@@ -26,7 +26,7 @@ from .errors import ConfigError, FormatError
 from .events import CameraInfo, Event, Image, Imu, LaserScan, Range
 from .image_folder import DEFAULT_RATE_HZ
 from .inputs import InputFile, Opened, channels_of, open_inputs
-from .messages import At, UnusableError, event_of, header_stamp, prepared, transforms_of
+from .messages import At, UnusableError, event_of, header_stamp, transforms_of, unwrapped
 from .reorder import Message, in_stamp_order
 from .topics import AUTO, ROLES, TopicInfo, choose, is_static_transform, topics_of
 from .transforms import StaticTransforms
@@ -172,7 +172,7 @@ class Log:
             count = self.counts[topic]
             try:
                 raw = self._decoders[index, record.channel.id](record.data)
-                message = prepared(raw, record.channel.type)
+                message = unwrapped(raw, record.channel.type)
                 has_header = self._uses_header and record.channel.encoding != "file"
                 stamp = header_stamp(message) if has_header else record.log_time
                 when = record.log_time if stamp is None else stamp

@@ -28,6 +28,8 @@ from .events import (
     Sightings,
     Transform,
 )
+from .sightings import sightings_from_json
+from .sniff import image_encoding
 from .topics import STRING
 from .transforms import frame_name
 
@@ -75,7 +77,7 @@ def event_of(message: Any, ros_type: str, wanted: type[Event], at: At) -> Event:
     return _EVENTS[ros_type](message, at)
 
 
-def prepared(message: Any, ros_type: str) -> Any:
+def unwrapped(message: Any, ros_type: str) -> Any:
     """Return the content of a String that holds JSON, other messages unchanged."""
     return json.loads(message.data) if ros_type == STRING else message
 
@@ -123,8 +125,6 @@ def _compressed_image(message: Any, at: At) -> Image:
 
 
 def _image_file(message: Any, at: At) -> Image:
-    from .sniff import image_encoding
-
     data = _copied(np.frombuffer(message, np.uint8))
     return Image(**at, encoding=image_encoding(bytes(message[:32])), data=data)
 
@@ -279,8 +279,6 @@ def _transform_pose(message: Any, at: At) -> Pose:
 
 
 def _sightings(message: Any, at: At) -> Sightings:
-    from .sightings import sightings_from_json
-
     return replace(sightings_from_json(message), **at)
 
 
