@@ -10,7 +10,6 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Sequence
 from types import FrameType
 
 import click
@@ -81,14 +80,13 @@ def group() -> None:
     """From logs to poses: localise and map from ROS bags and MCAP files, offline, with an error report."""
 
 
-def main(argv: Sequence[str] | None = None) -> None:
+def main() -> None:
     """Run the command line and leave with its exit status."""
-    arguments = list(sys.argv[1:] if argv is None else argv)
     os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")  # its warnings of damaged images would stand beside our line
     is_main = threading.current_thread() is threading.main_thread()
     if is_main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, _terminate)
-    sys.exit(call(arguments))
+    sys.exit(call(sys.argv[1:]))
 
 
 def call(arguments: list[str]) -> int:

@@ -12,7 +12,7 @@ from .errors import FormatError
 from .files import replacing_text
 from .opencv_xml import parse_opencv_xml
 from .text import parse_number, read_text
-from .yaml_file import parse_yaml, yaml_float, yaml_text
+from .yaml_file import parse_yaml, yaml_float
 
 N_COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}
 """Number of coefficients of each lens model."""
@@ -69,7 +69,7 @@ def read_calibration(path: str | Path, camera: str = "") -> Calibration:
     return _from_matrices(document, name, camera)
 
 
-def write_calibration(calibration: Calibration, path: str | Path, *, camera_name: str = "camera") -> None:
+def write_calibration(calibration: Calibration, path: str | Path) -> None:
     """Write a calibration as ROS ``camera_calibration`` does; floats are read back bit by bit."""
     c = calibration
     k = [c.fx, 0.0, c.cx, 0.0, c.fy, c.cy, 0.0, 0.0, 1.0]
@@ -82,7 +82,7 @@ def write_calibration(calibration: Calibration, path: str | Path, *, camera_name
         ("projection_matrix", 3, 4, p),
     )
     with replacing_text(path) as stream:
-        stream.write(f"image_width: {c.width}\nimage_height: {c.height}\ncamera_name: {yaml_text(camera_name)}\n")
+        stream.write(f"image_width: {c.width}\nimage_height: {c.height}\ncamera_name: camera\n")
         stream.write(f"distortion_model: {c.model}\n")
         for key, rows, cols, data in matrices:
             numbers = ", ".join(yaml_float(value) for value in data)

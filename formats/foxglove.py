@@ -127,7 +127,11 @@ def mark_annotations(events: Sequence[MarkSighting], marks: MarkMap | None = Non
     return {"points": points, "texts": texts}
 
 
-def mark_scene(marks: MarkMap, stamp: int, height: float = 0.3) -> dict[str, object]:
+BAR_HEIGHT_M = 0.3
+"""Of bars whose height is not known."""
+
+
+def mark_scene(marks: MarkMap, stamp: int) -> dict[str, object]:
     """Draw a map of stripe marks: the outline of every bar, an arrow to the viewer's side, the id over it.
 
     The map does not say how high above the floor they hang: they stand on it.
@@ -135,11 +139,10 @@ def mark_scene(marks: MarkMap, stamp: int, height: float = 0.3) -> dict[str, obj
     Args:
         marks: where they are.
         stamp: of the message [ns].
-        height: of bars whose height is not known [m].
     """
     entities = []
     for mark in marks.marks:
-        top = height if mark.height is None else mark.height
+        top = BAR_HEIGHT_M if mark.height is None else mark.height
         heading = float(mark.pose[2])
         x, y = mark.pose[:2] + 0.5 * (mark.edges[0] + mark.edges[-1]) * np.array([np.cos(heading), np.sin(heading)])
         facing = heading - np.pi / 2

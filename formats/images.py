@@ -111,14 +111,6 @@ def grey(image: Image) -> Bytes:
     return pixels.astype(np.uint8, copy=False)
 
 
-def size_of(image: Image) -> tuple[int, int]:
-    """Return (width, height) of an image [px]; a compressed one is decoded for it."""
-    if image.width and image.height:
-        return image.width, image.height
-    height, width = decode(image).shape[:2]
-    return width, height
-
-
 def _rows(image: Image) -> Pixels:
     """Return the pixels of an uncompressed image as a view, (H, W) or (H, W, channels), in the machine's byte order."""
     if image.encoding not in _LAYOUTS:
