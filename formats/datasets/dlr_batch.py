@@ -104,6 +104,16 @@ def solve(recording: Recording) -> Solution:
     raise ValueError(f"the least squares problem does not converge in {MAX_ITERATIONS} iterations")
 
 
+def added_up(steps: Array) -> Array:
+    """Return the poses (N + 1, 3) x, y [m], heading [rad] that steps (N, 3) lead to from the origin."""
+    poses = np.zeros((len(steps) + 1, 3))
+    for k, (dx, dy, turn) in enumerate(steps):
+        x, y, heading = poses[k]
+        c, s = np.cos(heading), np.sin(heading)
+        poses[k + 1] = x + c * dx - s * dy, y + s * dx + c * dy, heading + turn
+    return poses
+
+
 class _Problem:
     """Residuals and their derivatives; the state is all poses but the first, then all landmarks, flat."""
 
@@ -117,11 +127,8 @@ class _Problem:
         self.n = len(self.steps)
 
     def first_guess(self) -> Array:
-        poses = np.zeros((self.n + 1, 3))
-        for k, (dx, dy, turn) in enumerate(self.steps):
-            x, y, heading = poses[k]
-            c, s = np.cos(heading), np.sin(heading)
-            poses[k + 1] = x + c * dx - s * dy, y + s * dx + c * dy, heading + turn
+        """Return the state with the poses of the odometry, and each landmark where it was seen first."""
+        poses = added_up(self.steps)
         first = np.unique(self.which, return_index=True)[1]
         c, s = np.cos(poses[self.at[first], 2]), np.sin(poses[self.at[first], 2])
         x, y = self.xy[first].T
@@ -129,10 +136,12 @@ class _Problem:
         return np.concatenate([poses[1:].ravel(), landmarks.ravel()])
 
     def split(self, state: Array) -> tuple[Array, Array]:
+        """Return all poses (N + 1, 3) and the landmarks (L, 2) of a state."""
         poses = np.concatenate([np.zeros((1, 3)), state[: 3 * self.n].reshape(-1, 3)])
         return poses, state[3 * self.n :].reshape(-1, 2)
 
     def residual(self, state: Array) -> Array:
+        """Return what the steps and the sightings are off, in standard deviations (3 N + 2 M,)."""
         poses, landmarks = self.split(state)
         moved = np.column_stack([_turned_back(poses[:-1, 2], np.diff(poses[:, :2], axis=0)), np.diff(poses[:, 2])])
         off = moved - self.steps
@@ -142,6 +151,7 @@ class _Problem:
         return np.concatenate([part.ravel() for part in whitened])
 
     def linearise(self, state: Array) -> tuple[Array, "csr_matrix"]:
+        """Return the residual and its derivative by the state."""
         from scipy.sparse import coo_matrix
 
         poses, landmarks = self.split(state)

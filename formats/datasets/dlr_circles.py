@@ -23,7 +23,7 @@ from ..errors import FormatError
 from ..events import NO_ID, Array, Odometry
 from ..products import LandmarkMap
 from ..text import NANOSECONDS, content_lines, parse_number, text_lines
-from .dlr_batch import Recording, solve
+from .dlr_batch import Recording, added_up, solve
 from .imported import (
     Imported,
     Stamps,
@@ -151,11 +151,6 @@ def read_circles(path: Path) -> Recording:
 
 def odometry(steps: Array, stamps: Stamps) -> list[Odometry]:
     """Return the steps (N, 3) added up from the origin, as N + 1 odometry poses."""
-    poses = [np.zeros(3)]
-    for dx, dy, turn in steps:
-        x, y, heading = poses[-1]
-        c, s = np.cos(heading), np.sin(heading)
-        poses.append(np.array([x + c * dx - s * dy, y + s * dx + c * dy, heading + turn]))
     return [
         Odometry(
             stamp=stamp,
@@ -164,7 +159,7 @@ def odometry(steps: Array, stamps: Stamps) -> list[Odometry]:
             position=np.array([x, y, 0.0]),
             orientation=upright(heading),
         )
-        for stamp, (x, y, heading) in zip(stamps.tolist(), np.array(poses).tolist(), strict=True)
+        for stamp, (x, y, heading) in zip(stamps.tolist(), added_up(steps).tolist(), strict=True)
     ]
 
 
