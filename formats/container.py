@@ -90,9 +90,7 @@ class Container(Protocol):
     Attributes:
         name: of the file as it was given, for messages.
         format: for people: ``ROS 1 bag``, ``ROS 2 bag (sqlite3)``, ``MCAP``, ``images``.
-        channels: by id.
         problems: one line each, what is wrong with the file as a whole, although it can be read.
-        is_cut: whether messages may be missing in a way the container cannot count.
     """
 
     name: str
@@ -100,10 +98,14 @@ class Container(Protocol):
     problems: list[str]
 
     @property
-    def channels(self) -> Mapping[int, Channel]: ...  # noqa: D102
+    def channels(self) -> Mapping[int, Channel]:
+        """The channels by id."""
+        ...
 
     @property
-    def is_cut(self) -> bool: ...  # noqa: D102
+    def is_cut(self) -> bool:
+        """Whether messages may be missing in a way the container cannot count."""
+        ...
 
     def records(self, wanted: frozenset[int], losses: list[Loss]) -> Iterator[Record]:
         """Yield the wanted channels' messages by log time; append to ``losses`` what could not be read."""

@@ -36,7 +36,7 @@ def parse_euroc(lines: Iterable[tuple[int, str]], name: str, *, allow_repeats: b
 
 
 def write_euroc(trajectory: Trajectory, path: str | Path) -> None:
-    """Write an EuRoC trajectory; floats are read back bit by bit.
+    """Write an EuRoC trajectory; floats are read back bit by bit. No command writes one: ``.csv`` means ours.
 
     Raises:
         ValueError: a pose that could not be read back (see ``check_trajectory``).

@@ -35,13 +35,17 @@ _LATCHED_QOS = (
 class _Sink(Protocol):
     """What writes one container."""
 
-    def message(self, topic: str, ros_type: str, stamp: int, message: Any) -> None: ...
+    def message(self, topic: str, ros_type: str, stamp: int, message: Any) -> None:
+        """Write one message; the first of a topic also describes it."""
 
-    def metadata(self, name: str, values: Mapping[str, str]) -> None: ...
+    def metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """Write a metadata record."""
 
-    def attach(self, name: str, data: bytes) -> None: ...
+    def attach(self, name: str, data: bytes) -> None:
+        """Write an attachment."""
 
-    def finish(self) -> None: ...
+    def finish(self) -> None:
+        """Write what stands at the end of the file."""
 
 
 class LogWriter:
@@ -179,6 +183,7 @@ class _OpenedAlready:
         self._stream = stream
 
     def open(self, _mode: str) -> "_OpenedAlready":
+        """Return itself: there is nothing to open."""
         return self
 
     def __getattr__(self, name: str) -> Any:
