@@ -5,7 +5,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
-from ..formats.errors import ConfigError
 from ..formats.events import Bytes, Event, Image, MarkSighting, Notice, Pose, Sightings, Summary
 from ..formats.files import replacing_text
 from ..formats.images import DamagedImage, grey
@@ -16,6 +15,7 @@ from ..formats.sightings import HEADER, sightings_line
 from ..formats.trajectory_csv import CsvWriter
 from ..formats.tum import TumWriter
 from .engine.params import Field, OutputPath, Params
+from .images import no_images
 
 S = TypeVar("S", bound=Event)
 
@@ -148,7 +148,4 @@ def _lines(
                 file.write(line(event) if n else header + line(event))
                 n += 1
         if n == 0:
-            raise ConfigError(
-                f"{source}: there are no images in this log, or in this part of it. "
-                "Name their topic with --topic image=/NAME."
-            )
+            raise no_images(source)
