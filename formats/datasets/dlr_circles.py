@@ -74,7 +74,7 @@ def convert_dlr_circles(source: str | Path, out_path: str | Path) -> Imported:
         blind(events),
         identified(events),
     )
-    written = write_all(out_path, streams, landmarks, true_trajectory(stamps, solution.poses))
+    written = write_all(out_path, streams, {".landmarks.yaml": landmarks}, true_trajectory(stamps, solution.poses))
     counts = {
         "odometry messages": n + 1,
         "sightings messages": len(events),

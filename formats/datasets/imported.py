@@ -42,14 +42,14 @@ class Imported:
 
 
 def write_all(
-    log: str | Path, streams: Iterable[Iterable[Event]], landmarks: LandmarkMap, truth: Trajectory
+    log: str | Path, streams: Iterable[Iterable[Event]], maps: Mapping[str, LandmarkMap], truth: Trajectory
 ) -> tuple[Path, ...]:
-    """Write a log of streams, each sorted by time, and the map and the truth beside it; return the paths."""
+    """Write a log of streams, each sorted by time, and the maps and the truth beside it; return the paths."""
     path = Path(log)
     with create_log(path) as writer:
         for event in merge(*streams, key=lambda event: event.stamp):
             writer.write(event)
-    return (path, *write_beside(path, {".landmarks.yaml": landmarks}, truth))
+    return (path, *write_beside(path, maps, truth))
 
 
 def sightings(

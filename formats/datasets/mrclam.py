@@ -96,7 +96,7 @@ def convert_mrclam(source: str | Path, out_path: str | Path, *, robot: int = 1) 
         blind(events),
         identified(events),
     )
-    written = write_all(out_path, streams, landmarks, true_trajectory(truth_stamps, truth))
+    written = write_all(out_path, streams, {".landmarks.yaml": landmarks}, true_trajectory(truth_stamps, truth))
     n_true = sum(int((e.ids != NO_ID).sum()) for e in events)
     totals = {
         "odometry messages": int(is_driven.sum()),

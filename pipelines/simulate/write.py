@@ -10,12 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ...formats.beside import beside, write_beside
 from ...formats.errors import ConfigError
 from ...formats.events import Pose
-from ...formats.landmarks import write_landmarks
-from ...formats.marks import write_marks
-from ...formats.products import LandmarkMap, Trajectory
-from ...formats.tum import write_tum
+from ...formats.products import Trajectory
 from ...formats.waypoints import write_waypoints
 from ...formats.write_log import create_log
 from .scene import MAP
@@ -53,20 +51,12 @@ def write_simulation(world: World, out_path: str | Path, seed: int) -> list[Path
             if isinstance(event, Pose) and event.topic == TRUE_POSE:
                 stamps.append(event.stamp)
                 poses.append(np.concatenate([event.position, event.orientation]))
-    files = [log]
-    for end, given in scene.maps.items():
-        files.append(log.with_name(log.stem + end))
-        if isinstance(given, LandmarkMap):
-            write_landmarks(given, files[-1])
-        else:
-            write_marks(given, files[-1])
-    files.append(log.with_name(log.stem + ".truth.tum"))
     table = np.array(poses)
-    write_tum(
-        Trajectory(stamps=np.array(stamps, np.int64), positions=table[:, :3], orientations=table[:, 3:], frame_id=MAP),
-        files[-1],
+    truth = Trajectory(
+        stamps=np.array(stamps, np.int64), positions=table[:, :3], orientations=table[:, 3:], frame_id=MAP
     )
+    files = [log, *write_beside(log, scene.maps, truth)]
     if scene.waypoints:
-        files.append(log.with_name(log.stem + ".waypoints.yaml"))
+        files.append(beside(log, ".waypoints.yaml"))
         write_waypoints(scene.waypoints, files[-1])
     return files
