@@ -3,15 +3,35 @@
 Pictures and tables take it all and leave out what is not there.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from ...formats.events import Notice
-from .kind import Kept, first_of
-from .track import Track, Waypoint, primary_of
+from .track import Stamps, Track, Waypoint, primary_of
 
 T = TypeVar("T")
+
+
+def first_of(things: Iterable[object], kind: type[T]) -> T | None:
+    """Return the first thing of a class, or None."""
+    return next((thing for thing in things if isinstance(thing, kind)), None)
+
+
+class Kept(Protocol):
+    """What is left of a kind when the log has ended."""
+
+    @property
+    def source(self) -> str:
+        """The stage that saw it; empty if none did."""
+
+    @property
+    def stamps(self) -> Stamps:
+        """(N,) of what was seen, non-decreasing [ns]."""
+
+    @property
+    def gives_poses(self) -> bool:
+        """Whether one sighting says where the robot is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

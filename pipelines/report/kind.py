@@ -3,47 +3,22 @@
 ``kinds.py`` lists them, ``contents.py`` names their pictures; nothing else in the report knows a kind by name.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ...formats.events import Array, Event
 from ...formats.write_log import LogWriter
-from .track import Stamps
+from .findings import Findings, Kept
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .findings import Findings
-
-T = TypeVar("T")
-
 Maps: TypeAlias = Sequence[object]
 """The maps that were given, of any kind; ``first_of`` finds one."""
-
-
-def first_of(things: Iterable[object], kind: type[T]) -> T | None:
-    """Return the first thing of a class, or None."""
-    return next((thing for thing in things if isinstance(thing, kind)), None)
-
-
-class Kept(Protocol):
-    """What is left of a kind when the log has ended."""
-
-    @property
-    def source(self) -> str:
-        """The stage that saw it; empty if none did."""
-
-    @property
-    def stamps(self) -> Stamps:
-        """(N,) of what was seen, non-decreasing [ns]."""
-
-    @property
-    def gives_poses(self) -> bool:
-        """Whether one sighting says where the robot is."""
 
 
 class Keeper(Protocol):
@@ -73,7 +48,7 @@ class Support(NamedTuple):
     caption: str
 
 
-Layer: TypeAlias = 'Callable[["Axes", "Findings", float | None], None]'
+Layer: TypeAlias = 'Callable[["Axes", Findings, float | None], None]'
 """Draws into a map whose extent is given [m]; None asks for places alone, without labels, as ground for something."""
 
 
@@ -96,8 +71,8 @@ class Kind:
     recorder: Callable[[LogWriter, Maps, str], Recorder]
     under: Layer = lambda *_: None
     over: Layer = lambda *_: None
-    places: "Callable[[Findings], tuple[Array, Array]]" = lambda _: (np.empty((0, 2)), np.empty((0, 2)))
-    map_caption: "Callable[[Findings], str]" = lambda _: ""
-    support: "Callable[[Findings], Support | None]" = lambda _: None
-    says: "Callable[[Findings], Sequence[str]]" = lambda _: ()
-    section: "Callable[[Findings], str]" = lambda _: ""
+    places: Callable[[Findings], tuple[Array, Array]] = lambda _: (np.empty((0, 2)), np.empty((0, 2)))
+    map_caption: Callable[[Findings], str] = lambda _: ""
+    support: Callable[[Findings], Support | None] = lambda _: None
+    says: Callable[[Findings], Sequence[str]] = lambda _: ()
+    section: Callable[[Findings], str] = lambda _: ""

@@ -11,7 +11,7 @@ from numba import types
 
 from ..engine.compiled import F64_1D, F64_1D_IN, F64_2D, F64_2D_IN, compiled
 from .matching import fitted
-from .solve import DX, DY, DZ, PHI, ROLL, TILT
+from .pose import DX, DY, DZ, PHI, ROLL, TILT
 
 Array = npt.NDArray[np.float64]
 

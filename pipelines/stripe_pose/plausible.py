@@ -9,9 +9,9 @@ import numpy as np
 from ...formats.products import StripeMark
 from .levelling import line_of_bearing
 from .measure import Measured
-from .pose import Array, bearings, is_ahead, level_pose, plane_distance
+from .pose import DY, PHI, ROLL, TILT, Array, bearings, is_ahead, level_pose, plane_distance
 from .scene import Scene, edges_of
-from .solve import DY, PHI, ROLL, TILT, Solution
+from .solve import Solution
 
 PART_GAP_PX = 4.0
 """Least distance of two lines of a part of a mark [px]."""

@@ -23,6 +23,8 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
+PHI, DX, DY, TILT, ROLL, DZ = range(6)
+"""Where the unknowns of a mark's pose stand among its values."""
 MAX_CONDITION = 1e8
 """Above this condition number of the scaled system (2) its solution is not to be trusted."""
 

@@ -17,9 +17,6 @@ import numpy as np
 
 from .pose import Array
 
-PHI, DX, DY, TILT, ROLL, DZ = range(6)
-"""Where unknowns stand among the values of a solution."""
-
 
 @dataclass(frozen=True, slots=True)
 class Attitude:

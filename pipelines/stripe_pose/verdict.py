@@ -14,9 +14,9 @@ from ...formats.products import StripeMark
 from .levelling import MAX_ANGLE, leaning_pose, line_of_bearing
 from .measure import SAME_PX, Measured, sharpen
 from .plausible import AS_GOOD, FLOOR_PX, is_as_high, is_cut_off, is_enough, is_uniform, may_be_shifted
-from .pose import MAX_CONDITION, Array, bearings, condition, is_ahead, plane_distance
+from .pose import MAX_CONDITION, PHI, ROLL, TILT, Array, bearings, condition, is_ahead, plane_distance
 from .scene import Scene, edges_of
-from .solve import PHI, ROLL, TILT, Solution, solve
+from .solve import Solution, solve
 
 Ints = npt.NDArray[np.int64]
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from ....formats.events import Array
 from ....formats.products import LandmarkMap
-from ..findings import Findings
-from ..kind import Kind, Support, first_of
+from ..findings import Findings, first_of
+from ..kind import Kind, Support
 from ..timeline import longest_run
 from .kept import LandmarkFindings, LandmarkKeeper
 from .pictures import draw_landmarks

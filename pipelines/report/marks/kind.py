@@ -6,8 +6,8 @@ import numpy as np
 
 from ....formats.events import Array
 from ....formats.products import MarkMap
-from ..findings import Findings
-from ..kind import Kind, Support, first_of
+from ..findings import Findings, first_of
+from ..kind import Kind, Support
 from ..markup import section
 from .kept import OK, UNVERIFIED, MarkFindings, MarkKeeper, longest_bridged_s
 from .map import draw_marks, draw_single_images, mark_places
