@@ -149,10 +149,20 @@ def to_svg_file(figure: "Figure") -> str:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     figure.draw_without_rendering()  # a map's equal axes settle only in the second layout
+    _settle(figure)
     stream = io.StringIO()
     FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     # Verdana has the widths of DejaVu Sans, and is where DejaVu is not.
     return stream.getvalue().replace("'DejaVu Sans'", "'DejaVu Sans', Verdana, sans-serif")
+
+
+def _settle(figure: "Figure") -> None:
+    """Lay out a figure for the last time, without the last bits: the solver's differ from run to run."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        x, y, width, height = (round(value, 9) for value in axes.get_position(original=True).bounds)
+        axes.set_position((x, y, width, height))
 
 
 def to_png(figure: "Figure", dpi: int = 160) -> bytes:
@@ -162,5 +172,6 @@ def to_png(figure: "Figure", dpi: int = 160) -> bytes:
     stream = io.BytesIO()
     figure.set_dpi(dpi)
     figure.set_facecolor(LIGHT["paper"])
+    _settle(figure)
     FigureCanvasAgg(figure).print_png(stream, metadata={"Software": None})  # type: ignore[no-untyped-call]
     return stream.getvalue()
