@@ -25,8 +25,8 @@ from recordings import folder
 
 from logpose.formats.datasets.mrclam import convert_mrclam
 from logpose.formats.events import Pose, Sightings
-from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
+from logpose.formats.maps.landmarks import read_landmarks
 from logpose.pipelines.localize_pf.params import LocalizePfParams
 from logpose.pipelines.localize_pf.stage import localize_pf
 

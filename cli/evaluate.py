@@ -57,8 +57,8 @@ def command(
 ) -> int:
     """Read both, compare, print, and check the gates."""
     from ..formats.errors import GateError
-    from ..formats.trajectory import read_trajectory
-    from ..formats.waypoints import read_waypoints
+    from ..formats.maps.waypoints import read_waypoints
+    from ..formats.trajectories.trajectory import read_trajectory
     from ..pipelines.catalog import STAGES
     from ..pipelines.engine.document import Document, StageEntry, Value
     from ..pipelines.engine.pipeline import bind

@@ -9,7 +9,7 @@ import click
 
 from ..formats.calibration import Calibration, read_calibration
 from ..formats.errors import ConfigError
-from ..formats.marks import read_marks
+from ..formats.maps.marks import read_marks
 from ..formats.products import MarkMap
 from ..pipelines.engine.report import dump_json
 from .options import flag_of, numbers

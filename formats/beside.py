@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from .landmarks import write_landmarks
-from .marks import write_marks
+from .maps.landmarks import write_landmarks
+from .maps.marks import write_marks
 from .products import LandmarkMap, MarkMap, Trajectory
-from .tum import write_tum
+from .trajectories.tum import write_tum
 
 
 def beside(log: Path, end: str) -> Path:

@@ -48,8 +48,8 @@ class Conversion:
 
 
 CONVERSIONS = {
-    "trajectory": Conversion("trajectory:convert_trajectory"),
-    "landmarks": Conversion("landmarks:convert_landmarks"),
+    "trajectory": Conversion("trajectories.trajectory:convert_trajectory"),
+    "landmarks": Conversion("maps.landmarks:convert_landmarks"),
     "mrclam": Conversion("datasets.mrclam:convert_mrclam", {"robot": Option(1, "which of the five robots.")}),
     "dlr-circles": Conversion("datasets.dlr_circles:convert_dlr_circles"),
 }

@@ -11,7 +11,7 @@ from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
-from .container import Channel
+from .containers.container import Channel
 
 Decoder = Callable[[bytes | memoryview], Any]
 

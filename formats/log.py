@@ -19,13 +19,13 @@ from pathlib import Path
 from typing import Literal
 
 from .calibration import Calibration
-from .container import Channel, Loss, Record, explain
+from .containers.container import Channel, Loss, Record, explain
+from .containers.image_folder import DEFAULT_RATE_HZ
+from .containers.inputs import InputFile, Opened, channels_of, open_inputs
 from .counts import LATE, NO_STAMP, TopicCount
 from .decode import Decoder, decoder_for, why_not_decodable
 from .errors import ConfigError, FormatError
 from .events import CameraInfo, Event, Image, Imu, LaserScan, Range
-from .image_folder import DEFAULT_RATE_HZ
-from .inputs import InputFile, Opened, channels_of, open_inputs
 from .messages import At, UnusableError, event_of, header_stamp, transforms_of, unwrapped
 from .reorder import Message, in_stamp_order
 from .topics import AUTO, ROLES, TopicInfo, choose, is_static_transform, topics_of

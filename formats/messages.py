@@ -14,6 +14,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from .calibration import Calibration
+from .containers.sniff import image_encoding
 from .events import (
     Array,
     CameraInfo,
@@ -29,7 +30,6 @@ from .events import (
     Transform,
 )
 from .sightings import sightings_from_json
-from .sniff import image_encoding
 from .topics import STRING
 from .transforms import frame_name
 

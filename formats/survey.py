@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from .container import Channel, Container, Loss, Record, explain
+from .containers.container import Channel, Container, Loss, Record, explain
+from .containers.inputs import InputFile, Opened, channels_of, open_inputs
 from .decode import decoder_for, why_not_decodable
-from .inputs import InputFile, Opened, channels_of, open_inputs
 from .messages import frame_of, header_stamp, transforms_of
 from .topics import ROLES, TopicInfo, can_play, roles_of_type, topics_of
 

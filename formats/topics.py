@@ -7,7 +7,7 @@ was given or, with ``auto``, by its default name or because it is the only one o
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from .container import Channel
+from .containers.container import Channel
 from .decode import why_not_decodable
 from .errors import ConfigError
 from .events import CameraInfo, Event, Image, Imu, JointState, LaserScan, Odometry, Pose, Range, Sightings

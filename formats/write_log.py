@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, Protocol, TypeVar, cast
 
-from .container import guarded
+from .containers.container import guarded
 from .encode import Encoder, as_message
 from .errors import ConfigError, FormatError, LogposeError
 from .events import Event

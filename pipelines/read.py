@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 
 from ..formats.events import TRUTH, Event, Pose
 from ..formats.sightings import read_sightings as lines_of
-from ..formats.trajectory import read_trajectory
+from ..formats.trajectories.trajectory import read_trajectory
 from .engine.params import Field, InputPath, Params
 
 

@@ -12,8 +12,8 @@ from ..formats.mark_poses import HEADER as MARK_POSES_HEADER
 from ..formats.mark_poses import mark_pose_line, mark_pose_to_json
 from ..formats.png import write_png
 from ..formats.sightings import HEADER, sightings_line
-from ..formats.trajectory_csv import CsvWriter
-from ..formats.tum import TumWriter
+from ..formats.trajectories.trajectory_csv import CsvWriter
+from ..formats.trajectories.tum import TumWriter
 from .engine.params import Field, OutputPath, Params
 from .images import no_images
 

@@ -22,10 +22,10 @@ from bench import COLUMNS, FX_PX, TO_TABLE, Array
 from logpose.cli.main import call
 from logpose.formats.errors import ExitStatus
 from logpose.formats.events import MarkSighting
+from logpose.formats.maps.marks import read_marks, write_marks
 from logpose.formats.mark_poses import read_mark_poses
-from logpose.formats.marks import read_marks, write_marks
 from logpose.formats.products import MarkMap
-from logpose.formats.tum import read_tum
+from logpose.formats.trajectories.tum import read_tum
 from logpose.pipelines.stripe_pose.pose import level_pose
 
 HERE = Path(__file__).parent

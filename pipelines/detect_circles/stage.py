@@ -11,7 +11,7 @@ from ...formats.calibration import Calibration, read_calibration
 from ...formats.errors import ConfigError
 from ...formats.events import NO_ID, Event, Image, Mount, Notice, Sightings
 from ...formats.images import DamagedImage, grey
-from ...formats.landmarks import read_landmarks
+from ...formats.maps.landmarks import read_landmarks
 from ..engine.stage import per_message
 from ..geometry.mount import upward
 from ..geometry.so3 import as_matrix

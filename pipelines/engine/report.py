@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ... import __version__
+from ...formats.containers.inputs import InputFile
 from ...formats.errors import ExitStatus
 from ...formats.events import Notice
-from ...formats.inputs import InputFile
 from ...formats.log import Log
 from .chain import Chain
 from .pipeline import Pipeline, field_role

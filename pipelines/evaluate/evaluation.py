@@ -16,9 +16,9 @@ import numpy as np
 from pydantic import field_validator
 
 from ...formats.errors import FormatError
-from ...formats.poses import check_trajectory
+from ...formats.maps.waypoints import Waypoint
 from ...formats.products import Trajectory
-from ...formats.waypoints import Waypoint
+from ...formats.trajectories.poses import check_trajectory
 from ..engine.params import Field, InputPath, Params
 from ..geometry import so3
 from ..geometry.angles import Array

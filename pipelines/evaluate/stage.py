@@ -6,8 +6,8 @@ import numpy as np
 
 from ...formats.errors import FormatError
 from ...formats.events import Event, Notice, Pose, Summary
+from ...formats.maps.waypoints import Waypoint, read_waypoints
 from ...formats.products import Trajectory
-from ...formats.waypoints import Waypoint, read_waypoints
 from .evaluation import EvaluateParams
 from .evaluation import evaluate as compare
 

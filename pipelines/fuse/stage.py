@@ -7,7 +7,7 @@ import numpy as np
 
 from ...formats.errors import ConfigError
 from ...formats.events import Array, Event, MarkSighting, Notice, Odometry, Pose, Summary
-from ...formats.marks import read_marks
+from ...formats.maps.marks import read_marks
 from ..geometry.motion import Increment
 from ..odometry.poses import parse_start_pose, planar_pose, start_pose_of
 from ..odometry.reader import OdometryReader, odometry_notices, skipped_notice

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...formats.errors import ConfigError
 from ...formats.events import NO_ID, Event, Notice, Odometry, Pose, Sightings, Summary
-from ...formats.landmarks import read_landmarks
+from ...formats.maps.landmarks import read_landmarks
 from ..odometry.poses import MISSING_START_POSE, parse_start_pose, planar_pose, start_pose_of
 from ..odometry.reader import MISSING_ODOMETRY, OdometryReader, odometry_notices, skipped_notice
 from .association import CLUTTER, Indices

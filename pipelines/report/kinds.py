@@ -1,7 +1,7 @@
 """The kinds of things seen that a report knows, and the maps that stages name for them."""
 
-from ...formats.landmarks import read_landmarks
-from ...formats.marks import read_marks
+from ...formats.maps.landmarks import read_landmarks
+from ...formats.maps.marks import read_marks
 from .kind import Maps
 from .landmarks.kind import LANDMARKS
 from .marks.kind import MARKS

@@ -13,8 +13,8 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from ...formats.events import Array, Event
+from ...formats.maps.waypoints import Waypoint
 from ...formats.products import LandmarkMap, MarkMap
-from ...formats.waypoints import Waypoint
 from .pose import View
 
 MAP, ODOM, BASE = "map", "odom", "base_link"

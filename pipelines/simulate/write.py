@@ -13,8 +13,8 @@ import numpy as np
 from ...formats.beside import beside, write_beside
 from ...formats.errors import ConfigError
 from ...formats.events import Pose
+from ...formats.maps.waypoints import write_waypoints
 from ...formats.products import Trajectory
-from ...formats.waypoints import write_waypoints
 from ...formats.write_log import create_log
 from .scene import MAP
 from .sensors.truth import TRUE_POSE

@@ -10,7 +10,7 @@ from ...formats.calibration import Calibration, read_calibration
 from ...formats.errors import ConfigError, FormatError
 from ...formats.events import NO_ID, Array, Event, Image, Imu, JointState, MarkSighting, Notice, Summary
 from ...formats.images import DamagedImage, grey
-from ...formats.marks import read_marks
+from ...formats.maps.marks import read_marks
 from ..geometry.camera import Camera
 from ..geometry.mount import robot_tilt
 from ..images import camera_of, check_size, damaged_image, no_calibration, no_images, topic_of

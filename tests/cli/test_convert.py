@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from logpose.formats.landmarks import read_landmarks
-from logpose.formats.trajectory import read_trajectory
+from logpose.formats.maps.landmarks import read_landmarks
+from logpose.formats.trajectories.trajectory import read_trajectory
 
 
 @pytest.fixture

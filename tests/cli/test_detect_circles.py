@@ -8,7 +8,7 @@ import pytest
 
 from logpose.formats.calibration import write_calibration
 from logpose.formats.events import CameraInfo, Image
-from logpose.formats.landmarks import read_landmarks
+from logpose.formats.maps.landmarks import read_landmarks
 from logpose.formats.png import write_png
 
 N_PHOTOS = 4

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.events import CameraInfo, Image, Odometry
-from logpose.formats.trajectory import read_trajectory
+from logpose.formats.trajectories.trajectory import read_trajectory
 
 RUN_FOLDER = [
     "report.html",
@@ -173,7 +173,7 @@ def test_images_of_another_size_than_the_calibration(fails, rewrite):
 
 
 def test_a_map_in_other_units(logpose, drive, landmarks, tmp_path):
-    from logpose.formats.landmarks import read_landmarks, write_landmarks
+    from logpose.formats.maps.landmarks import read_landmarks, write_landmarks
 
     metres = read_landmarks(landmarks)
     scaled = metres.positions * np.array([1000.0, 1000.0, 1.0])

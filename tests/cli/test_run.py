@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from logpose.formats.trajectory import read_trajectory
+from logpose.formats.trajectories.trajectory import read_trajectory
 from logpose.pipelines.catalog import PIPELINES, STAGES
 
 T0 = 1451606400_000000000

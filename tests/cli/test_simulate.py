@@ -8,9 +8,9 @@ import yaml
 
 from logpose.formats.events import Image
 from logpose.formats.images import grey
-from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
-from logpose.formats.trajectory import read_trajectory
+from logpose.formats.maps.landmarks import read_landmarks
+from logpose.formats.trajectories.trajectory import read_trajectory
 
 BESIDE = ["drive.landmarks.true.yaml", "drive.landmarks.yaml", "drive.mcap", "drive.truth.tum", "drive.waypoints.yaml"]
 

@@ -11,8 +11,8 @@ import yaml
 from logpose.cli.main import call
 from logpose.formats.calibration import Calibration, write_calibration
 from logpose.formats.events import CameraInfo, Image, JointState
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.mark_poses import read_mark_poses
-from logpose.formats.marks import write_marks
 from logpose.formats.png import write_png
 from logpose.formats.products import MarkMap, StripeMark
 from logpose.formats.write_log import create_log

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.calibration import Calibration, write_calibration
-from logpose.formats.marks import write_marks
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.products import MarkMap, StripeMark
 
 CAMERA = Calibration(640, 480, 800.0, 800.0, 319.5, 239.5)

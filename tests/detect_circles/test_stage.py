@@ -6,7 +6,7 @@ import pytest
 from logpose.formats.calibration import Calibration, write_calibration
 from logpose.formats.errors import ConfigError
 from logpose.formats.events import NO_ID, Image, Mount, Notice, Odometry, Sightings
-from logpose.formats.landmarks import write_landmarks
+from logpose.formats.maps.landmarks import write_landmarks
 from logpose.formats.products import LandmarkMap
 from logpose.pipelines.canvas import GREEN, ORANGE
 from logpose.pipelines.detect_circles.overlay import draw_overlay

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from logpose.formats.errors import FormatError
+from logpose.formats.maps.waypoints import Waypoint
 from logpose.formats.products import Trajectory
-from logpose.formats.waypoints import Waypoint
 from logpose.pipelines.evaluate.evaluation import EvaluateParams, evaluate
 from logpose.pipelines.evaluate.table import table
 from logpose.pipelines.geometry import so3

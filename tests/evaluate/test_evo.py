@@ -12,7 +12,7 @@ The numbers were printed by evo itself, in an environment of its own (``pip inst
 
 import pytest
 
-from logpose.formats.trajectory import read_trajectory
+from logpose.formats.trajectories.trajectory import read_trajectory
 from logpose.pipelines.evaluate.evaluation import EvaluateParams, evaluate
 
 # reference, estimate, alignment, step of the relative error, pairs, statistics

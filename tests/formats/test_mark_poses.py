@@ -136,7 +136,7 @@ def test_phi_as_certain_as_it_is_beside_an_uncertain_distance_is_a_covariance():
 
 
 def test_a_log_holds_the_line_as_a_string(tmp_path):
-    from logpose.formats.container import Channel
+    from logpose.formats.containers.container import Channel
     from logpose.formats.encode import Encoder
 
     kind, fields = as_message(sighting())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.calibration import Calibration
-from logpose.formats.container import Channel
+from logpose.formats.containers.container import Channel
 from logpose.formats.decode import decoder_for
 from logpose.formats.encode import Encoder, as_message
 from logpose.formats.events import CameraInfo, Image, Imu, JointState, LaserScan, Odometry, Pose, Range, Transform

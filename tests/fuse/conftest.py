@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from logpose.formats.events import NO_ID, MarkSighting, Notice, Odometry, Pose, Summary
-from logpose.formats.marks import write_marks
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.products import MarkMap, StripeMark
 from logpose.pipelines.fuse.params import FuseParams
 from logpose.pipelines.fuse.stage import fuse_poses

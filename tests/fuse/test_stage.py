@@ -7,7 +7,7 @@ import pytest
 
 from logpose.formats.errors import ConfigError
 from logpose.formats.events import Image, MarkSighting, Notice, Odometry, Pose, Summary
-from logpose.formats.trajectory import read_trajectory
+from logpose.formats.trajectories.trajectory import read_trajectory
 from logpose.pipelines.estimation.kalman import chi_square
 from logpose.pipelines.evaluate.evaluation import EvaluateParams
 from logpose.pipelines.evaluate.stage import evaluate

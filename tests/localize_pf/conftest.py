@@ -14,7 +14,7 @@ import pytest
 
 from logpose.formats.datasets.mrclam import convert_mrclam
 from logpose.formats.events import NO_ID, Odometry, Pose, Sightings
-from logpose.formats.landmarks import write_landmarks
+from logpose.formats.maps.landmarks import write_landmarks
 from logpose.formats.products import LandmarkMap
 
 WAYPOINTS = np.array(

@@ -7,7 +7,7 @@ import pytest
 
 from logpose.formats.errors import ConfigError, FormatError
 from logpose.formats.events import NO_ID, Notice, Odometry, Pose, Sightings, Summary
-from logpose.formats.landmarks import write_landmarks
+from logpose.formats.maps.landmarks import write_landmarks
 from logpose.formats.products import LandmarkMap
 from logpose.pipelines.geometry.se2 import compose, transform
 from logpose.pipelines.localize_pf.params import LocalizePfParams

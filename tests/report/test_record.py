@@ -7,7 +7,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from logpose.formats.events import Notice, Summary
-from logpose.formats.landmarks import write_landmarks
+from logpose.formats.maps.landmarks import write_landmarks
 from logpose.pipelines.report.record import WriteLogParams, write_log
 
 

@@ -1,7 +1,7 @@
 import pytest
 
 from logpose.formats.errors import ConfigError, FormatError
-from logpose.formats.landmarks import write_landmarks
+from logpose.formats.maps.landmarks import write_landmarks
 from logpose.pipelines.report.landmarks.kept import LandmarkFindings
 from logpose.pipelines.report.stage import WritePictureParams, WriteReportParams, write_picture, write_report
 

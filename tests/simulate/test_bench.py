@@ -6,8 +6,8 @@ import pytest
 
 from logpose.formats.errors import ConfigError
 from logpose.formats.events import CameraInfo, Image, Pose, Transform
-from logpose.formats.marks import read_marks
-from logpose.formats.tum import read_tum
+from logpose.formats.maps.marks import read_marks
+from logpose.formats.trajectories.tum import read_tum
 from logpose.pipelines.simulate.simulate import simulate
 from logpose.pipelines.simulate.world import read_world
 from logpose.pipelines.simulate.write import write_simulation

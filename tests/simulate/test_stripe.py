@@ -6,7 +6,7 @@ import pytest
 
 from logpose.formats.events import Image, Imu, JointState, Odometry, Pose, Transform
 from logpose.formats.log import open_log
-from logpose.formats.marks import read_marks
+from logpose.formats.maps.marks import read_marks
 from logpose.pipelines.simulate.pose import View, rpy
 from logpose.pipelines.simulate.simulate import events_of, simulate
 from logpose.pipelines.simulate.world import read_world

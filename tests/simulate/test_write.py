@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from logpose.formats.errors import ConfigError
-from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
-from logpose.formats.tum import read_tum
+from logpose.formats.maps.landmarks import read_landmarks
+from logpose.formats.trajectories.tum import read_tum
 from logpose.pipelines.simulate.simulate import simulate
 from logpose.pipelines.simulate.worlds.ceiling import build_ceiling
 from logpose.pipelines.simulate.write import write_simulation

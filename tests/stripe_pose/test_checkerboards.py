@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from logpose.cli.main import call
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.mark_poses import read_mark_poses
-from logpose.formats.marks import write_marks
 from logpose.formats.products import MarkMap, StripeMark
 from logpose.pipelines.stripe_pose.levelling import MAX_ANGLE
 from logpose.pipelines.stripe_pose.method import find_marks

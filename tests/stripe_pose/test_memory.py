@@ -8,7 +8,7 @@ import pytest
 
 from logpose.formats.calibration import Calibration
 from logpose.formats.events import CameraInfo, Image, Odometry
-from logpose.formats.marks import write_marks
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.products import MarkMap
 from logpose.formats.write_log import create_log
 

@@ -8,7 +8,7 @@ import pytest
 from logpose.formats.calibration import Calibration, write_calibration
 from logpose.formats.errors import ConfigError, FormatError
 from logpose.formats.events import Image, Imu, JointState, MarkSighting, Mount, Notice, Odometry, Summary
-from logpose.formats.marks import write_marks
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.products import MarkMap, StripeMark
 from logpose.pipelines.stripe_pose.params import StripePoseParams
 from logpose.pipelines.stripe_pose.stage import stripe_pose

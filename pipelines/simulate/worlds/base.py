@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Literal
 
-from ....formats.waypoints import Waypoint
+from ....formats.maps.waypoints import Waypoint
 from ...engine.params import Field, Params
 from ..camera import CameraParams, base_camera
 from ..pose import View

@@ -4,9 +4,9 @@ import pytest
 from logpose.formats.datasets.dlr_circles import convert_dlr_circles
 from logpose.formats.errors import FormatError
 from logpose.formats.events import NO_ID, Odometry, Pose, Sightings
-from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
-from logpose.formats.tum import read_tum
+from logpose.formats.maps.landmarks import read_landmarks
+from logpose.formats.trajectories.tum import read_tum
 
 ROLES = dict.fromkeys(("odometry", "sightings", "true_sightings", "truth", "initial_pose"), "auto")
 COV3 = "1e-4 0 1e-4 0 0 1e-4"

@@ -4,9 +4,9 @@ import pytest
 from logpose.formats.datasets.mrclam import convert_mrclam, covariances
 from logpose.formats.errors import ConfigError, FormatError
 from logpose.formats.events import NO_ID, Odometry, Pose, Sightings
-from logpose.formats.landmarks import read_landmarks
 from logpose.formats.log import open_log
-from logpose.formats.tum import read_tum
+from logpose.formats.maps.landmarks import read_landmarks
+from logpose.formats.trajectories.tum import read_tum
 
 T0 = 1_248_272_263
 POSTS = {6: (4.0, 0.0), 7: (0.0, 5.0), 8: (-4.0, 1.0)}

@@ -8,7 +8,7 @@ import pytest
 
 from logpose.formats.errors import FormatError
 from logpose.formats.events import Summary
-from logpose.formats.marks import write_marks
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.products import MarkMap
 from logpose.pipelines.report.contents import PICTURES, draw_picture
 from logpose.pipelines.report.marks.kept import MarkFindings

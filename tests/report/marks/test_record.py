@@ -9,8 +9,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from logpose.formats.events import MarkSighting
+from logpose.formats.maps.marks import write_marks
 from logpose.formats.mark_poses import mark_pose_line
-from logpose.formats.marks import write_marks
 from logpose.pipelines.report.marks.record import mark_covariance
 from logpose.pipelines.report.record import WriteLogParams, write_log
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import ConfigError, FormatError
+from ..errors import ConfigError, FormatError
+from ..products import Trajectory
+from ..text import content_lines, text_lines
 from .euroc import parse_euroc
 from .kitti import find_times, parse_kitti, write_kitti
 from .poses import check_trajectory
-from .products import Trajectory
-from .text import content_lines, text_lines
 from .trajectory_csv import parse_trajectory_csv, write_trajectory_csv
 from .tum import parse_tum, write_tum
 
@@ -89,8 +89,8 @@ def _parse(path: str, times: Path | None, allow_repeats: bool) -> Trajectory:
 
 
 def _read_topic(log: str, topic: str, allow_repeats: bool) -> Trajectory:
-    from .events import Odometry, Pose
-    from .log import open_log
+    from ..events import Odometry, Pose
+    from ..log import open_log
 
     stamps: list[int] = []
     values: list[list[float]] = []

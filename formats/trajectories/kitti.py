@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import FormatError
-from .files import replacing_text
+from ..errors import FormatError
+from ..files import replacing_text
+from ..products import Trajectory
+from ..rotation import quaternion_from_rotation, rotation_from_quaternion
+from ..text import NANOSECONDS, content_lines, format_seconds, parse_number, parse_seconds, text_lines
 from .poses import PoseRows, check_trajectory
-from .products import Trajectory
-from .rotation import quaternion_from_rotation, rotation_from_quaternion
-from .text import NANOSECONDS, content_lines, format_seconds, parse_number, parse_seconds, text_lines
 
 ROTATION_TOLERANCE = 0.02
 """The largest entry of R R^T - I; more is no rounded rotation."""

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from logpose.formats.errors import FormatError
-from logpose.formats.marks import check_marks, read_marks, write_marks
+from logpose.formats.maps.marks import check_marks, read_marks, write_marks
 from logpose.formats.products import MarkMap, StripeMark
 
 LINES = np.array([-0.06, 0.0, 0.04, 0.12])

@@ -11,10 +11,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import FormatError
-from .files import replacing_text
-from .text import parse_number
-from .yaml_file import YamlMapping, read_yaml, yaml_float, yaml_text
+from ..errors import FormatError
+from ..files import replacing_text
+from ..text import parse_number
+from ..yaml_file import YamlMapping, read_yaml, yaml_float, yaml_text
 
 SCHEMA = "waypoints/1"
 

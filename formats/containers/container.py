@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from .errors import FormatError, LogposeError
+from ..errors import FormatError, LogposeError
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,13 +21,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .errors import ConfigError, FormatError
-from .events import Array
-from .files import replacing_text
+from ..errors import ConfigError, FormatError
+from ..events import Array
+from ..files import replacing_text
+from ..products import LandmarkMap
+from ..text import comment_value, content_lines, parse_number, text_lines
+from ..yaml_file import YamlMapping, yaml_float, yaml_text
 from .map_file import in_metres, map_entries, map_id, map_number
-from .products import LandmarkMap
-from .text import comment_value, content_lines, parse_number, text_lines
-from .yaml_file import YamlMapping, yaml_float, yaml_text
 
 SCHEMA = "landmarks/1"
 MIN_DISTANCE_M = 0.05

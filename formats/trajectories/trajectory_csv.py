@@ -19,12 +19,12 @@ from typing import TextIO
 
 import numpy as np
 
-from .errors import FormatError
-from .events import Array, Pose
-from .files import replacing_text
+from ..errors import FormatError
+from ..events import Array, Pose
+from ..files import replacing_text
+from ..products import Trajectory
+from ..text import comment_value, parse_nanoseconds, parse_number, text_lines
 from .poses import PoseRows, StampOrder, check_pose, check_trajectory, unit_quaternion
-from .products import Trajectory
-from .text import comment_value, parse_nanoseconds, parse_number, text_lines
 
 SCHEMA = "trajectory/1"
 POSE_COLUMNS = ("stamp_ns", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")

@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from .errors import FormatError
-from .files import replacing_text
+from ..errors import FormatError
+from ..files import replacing_text
+from ..products import Trajectory
+from ..text import content_lines, parse_nanoseconds, parse_number, text_lines
 from .poses import PoseRows, check_trajectory, unit_quaternion
-from .products import Trajectory
-from .text import content_lines, parse_nanoseconds, parse_number, text_lines
 
 HEADER = "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []"
 _NAMES = ("x", "y", "z", "qw", "qx", "qy", "qz")

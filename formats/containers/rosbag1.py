@@ -13,8 +13,8 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ..errors import FormatError, LogposeError
 from .container import Channel, Chunk, Loss, Record, explain, full_type, guarded, in_time_order, lost_of
-from .errors import FormatError, LogposeError
 from .inflate import inflate
 
 MAGIC = b"#ROSBAG V2.0\n"

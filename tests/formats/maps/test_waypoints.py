@@ -1,7 +1,7 @@
 import pytest
 
 from logpose.formats.errors import FormatError
-from logpose.formats.waypoints import Waypoint, read_waypoints, write_waypoints
+from logpose.formats.maps.waypoints import Waypoint, read_waypoints, write_waypoints
 
 
 def test_waypoints_are_read_back(tmp_path):

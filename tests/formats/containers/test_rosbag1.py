@@ -2,10 +2,10 @@ import struct
 
 import pytest
 
-from logpose.formats.container import Loss
+from logpose.formats.containers.container import Loss
+from logpose.formats.containers.rosbag1 import Rosbag1File
 from logpose.formats.errors import FormatError
 from logpose.formats.log import open_log
-from logpose.formats.rosbag1 import Rosbag1File
 
 
 def header(**fields: bytes) -> bytes:

@@ -20,13 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import FormatError
-from .events import Array
-from .files import replacing_text
+from ..errors import FormatError
+from ..events import Array
+from ..files import replacing_text
+from ..products import MarkMap, StripeMark
+from ..text import content_lines, read_text
+from ..yaml_file import YamlMapping, YamlSequence, yaml_float, yaml_text
 from .map_file import in_metres, map_entries, map_id, map_number
-from .products import MarkMap, StripeMark
-from .text import content_lines, read_text
-from .yaml_file import YamlMapping, YamlSequence, yaml_float, yaml_text
 
 SCHEMA = "marks/1"
 MIN_LINES = 3

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
 
+from ..errors import FormatError
 from .container import Channel, Loss, Record, explain, guarded
-from .errors import FormatError
 from .sniff import image_encoding, image_files
 
 TOPIC = "/image"

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from logpose.formats.containers.mcap import McapFile
+from logpose.formats.containers.rosbag1 import Rosbag1File
 from logpose.formats.errors import LogposeError
 from logpose.formats.log import open_log
-from logpose.formats.mcap import McapFile
-from logpose.formats.rosbag1 import Rosbag1File
 from logpose.formats.survey import survey
 
 ROLES = {"image": "/camera/image_raw", "odometry": "/odom", "truth": "/ground_truth/pose"}

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from urllib.parse import quote
 
+from ..errors import FormatError
 from .container import Channel, Container, Loss, Record, explain, full_type, guarded
-from .errors import FormatError
 from .inflate import MAX_CHUNK, inflate_zstd
 from .sniff import storage_files
 

@@ -1,7 +1,7 @@
 import pytest
 
+from logpose.formats.containers.sniff import ACCEPTED, Kind, kind_of, storage_files
 from logpose.formats.errors import FormatError
-from logpose.formats.sniff import ACCEPTED, Kind, kind_of, storage_files
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from logpose.formats.container import guarded
+from logpose.formats.containers.container import guarded
+from logpose.formats.containers.inputs import InputFile
 from logpose.formats.errors import ConfigError, FormatError
-from logpose.formats.inputs import InputFile
 from logpose.formats.log import open_log
 
 
@@ -19,7 +19,7 @@ def test_the_digest_is_that_of_the_whole_file(tmp_path):
 
 
 def test_a_large_file_is_known_by_its_size_and_ends(tmp_path, monkeypatch):
-    from logpose.formats import inputs
+    from logpose.formats.containers import inputs
 
     monkeypatch.setattr(inputs, "_WHOLE", 100)
     monkeypatch.setattr(inputs, "_PIECE", 10)

@@ -9,13 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from logpose.formats.errors import ConfigError, FormatError
-from logpose.formats.euroc import read_euroc, write_euroc
 from logpose.formats.events import Pose
-from logpose.formats.kitti import read_kitti, write_kitti
 from logpose.formats.products import Trajectory
-from logpose.formats.trajectory import read_trajectory
-from logpose.formats.trajectory_csv import COVARIANCE_COLUMNS, CsvWriter, read_trajectory_csv, write_trajectory_csv
-from logpose.formats.tum import TumWriter, read_tum, write_tum
+from logpose.formats.trajectories.euroc import read_euroc, write_euroc
+from logpose.formats.trajectories.kitti import read_kitti, write_kitti
+from logpose.formats.trajectories.trajectory import read_trajectory
+from logpose.formats.trajectories.trajectory_csv import (
+    COVARIANCE_COLUMNS,
+    CsvWriter,
+    read_trajectory_csv,
+    write_trajectory_csv,
+)
+from logpose.formats.trajectories.tum import TumWriter, read_tum, write_tum
 
 LENGTH = st.floats(-1e6, 1e6)
 

@@ -3,9 +3,9 @@
 from enum import Enum
 from pathlib import Path
 
+from ..errors import FormatError
 from . import mcap, rosbag1
 from .container import guarded
-from .errors import FormatError
 
 ACCEPTED = "Accepted are ROS 1 bags, ROS 2 bags (folder, .db3 or .mcap), MCAP files, images and folders of images."
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from logpose.formats.errors import FormatError
-from logpose.formats.landmarks import read_landmarks, write_landmarks
+from logpose.formats.maps.landmarks import read_landmarks, write_landmarks
 from logpose.formats.products import LandmarkMap
 
 

@@ -13,8 +13,8 @@ from functools import cached_property
 from itertools import accumulate, pairwise
 from pathlib import Path
 
+from ..errors import ConfigError, FormatError
 from .container import Channel, Container, guarded
-from .errors import ConfigError, FormatError
 from .image_folder import DEFAULT_RATE_HZ, ImageFiles
 from .inflate import inflate_file
 from .mcap import McapFile

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .errors import FormatError
-from .events import Array
-from .products import Trajectory
+from ..errors import FormatError
+from ..events import Array
+from ..products import Trajectory
 
 QUATERNION_TOLERANCE = 0.02
 """A quaternion whose length is off by more is no rounded rotation but, say, another order of columns."""

@@ -8,12 +8,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TextIO
 
-from .errors import FormatError
-from .events import Array, Pose
-from .files import replacing_text
+from ..errors import FormatError
+from ..events import Array, Pose
+from ..files import replacing_text
+from ..products import Trajectory
+from ..text import comment_value, format_seconds, parse_number, parse_seconds, text_lines
 from .poses import PoseRows, StampOrder, check_pose, check_trajectory, unit_quaternion
-from .products import Trajectory
-from .text import comment_value, format_seconds, parse_number, parse_seconds, text_lines
 
 _NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw")
 

@@ -5,11 +5,11 @@ import struct
 import pytest
 import zstandard
 
-from logpose.formats.container import Loss
+from logpose.formats.containers.container import Loss
+from logpose.formats.containers.inflate import MAX_CHUNK, inflate
+from logpose.formats.containers.mcap import McapFile
 from logpose.formats.errors import ConfigError
-from logpose.formats.inflate import MAX_CHUNK, inflate
 from logpose.formats.log import open_log
-from logpose.formats.mcap import McapFile
 
 START = 1_700_000_000_000_000_000
 

@@ -1,8 +1,8 @@
 """What every map in YAML shares: ``logpose: NAME/VERSION``, a frame, and a list of entries under that name."""
 
-from .errors import FormatError
-from .text import parse_number
-from .yaml_file import YamlMapping, parse_yaml
+from ..errors import FormatError
+from ..text import parse_number
+from ..yaml_file import YamlMapping, parse_yaml
 
 _LARGEST_M = 1e9
 

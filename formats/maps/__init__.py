@@ -1,0 +1,1 @@
+"""Maps and places that a run is given: landmarks, stripe marks, waypoints."""
