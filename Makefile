@@ -6,7 +6,7 @@
 # make picture  the pictures of README and docs, after make tables
 # make samples  the sample logs, anew
 # make oldest   the tests with the oldest versions of all dependencies
-# make reference  docs/stages.md from the code
+# make reference  docs/stages.md and the tree in docs/architecture.md from the code
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -96,6 +96,7 @@ samples: $(READY)
 
 reference: $(READY)
 	$(BIN)/python -c 'from logpose.pipelines.catalog import STAGES; from logpose.pipelines.engine.reference import reference; print(reference(STAGES), end="")' > docs/stages.md
+	$(BIN)/python docs/tree.py
 
 clean:
 	rm -rf $(VENV) .build build dist demo *.egg-info

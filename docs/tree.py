@@ -32,7 +32,7 @@ def _said(path: Path) -> str:
     """Return the first sentence of a file's docstring."""
     text = ast.get_docstring(ast.parse(path.read_text())) or ""
     paragraph = " ".join(text.split("\n\n")[0].split())
-    return re.split(r"(?<=\w\w[\w)`]\.) ", paragraph)[0].replace("``", "").rstrip(".:")
+    return re.split(r"(?<=\w\w[\w)`]\.) ", paragraph)[0].replace("``", "").rstrip(".,: ")
 
 
 if __name__ == "__main__":
