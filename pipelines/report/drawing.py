@@ -74,8 +74,18 @@ def new_figure(height_in: float, width_in: float = WIDTH_IN) -> "Figure":
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    layout = ConstrainedLayoutEngine(h_pad=0.06, w_pad=0.04)
-    figure = Figure(figsize=(width_in, height_in), layout=layout)
+    class Layout(ConstrainedLayoutEngine):
+        """Rounds where axes stand: the solver's last bits differ from run to run; identifiers are hashes of them."""
+
+        def execute(self, fig: Figure) -> None:
+            """Lay out the figure."""
+            super().execute(fig)
+            for axes in fig.axes:
+                bounds = axes.get_position(original=True).bounds
+                # As the layout itself does: its public sister would take the axes out of the next layout.
+                axes._set_position(tuple(round(value, 9) for value in bounds))  # type: ignore[attr-defined]  # noqa: SLF001
+
+    figure = Figure(figsize=(width_in, height_in), layout=Layout(h_pad=0.06, w_pad=0.04))
     FigureCanvasAgg(figure)
     return figure
 
@@ -149,20 +159,10 @@ def to_svg_file(figure: "Figure") -> str:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     figure.draw_without_rendering()  # a map's equal axes settle only in the second layout
-    _settle(figure)
     stream = io.StringIO()
     FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     # Verdana has the widths of DejaVu Sans, and is where DejaVu is not.
     return stream.getvalue().replace("'DejaVu Sans'", "'DejaVu Sans', Verdana, sans-serif")
-
-
-def _settle(figure: "Figure") -> None:
-    """Lay out a figure for the last time, without the last bits: the solver's differ from run to run."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    for axes in figure.axes:
-        x, y, width, height = (round(value, 9) for value in axes.get_position(original=True).bounds)
-        axes.set_position((x, y, width, height))
 
 
 def to_png(figure: "Figure", dpi: int = 160) -> bytes:
@@ -172,6 +172,5 @@ def to_png(figure: "Figure", dpi: int = 160) -> bytes:
     stream = io.BytesIO()
     figure.set_dpi(dpi)
     figure.set_facecolor(LIGHT["paper"])
-    _settle(figure)
     FigureCanvasAgg(figure).print_png(stream, metadata={"Software": None})  # type: ignore[no-untyped-call]
     return stream.getvalue()

@@ -22,22 +22,20 @@ def test_the_same_figure_gives_the_same_bytes():
         assert to_png(small_figure()) == to_png(small_figure())
 
 
-class Noisy(ConstrainedLayoutEngine):
-    """A layout whose last bits differ, as those of the real one do between runs."""
+@pytest.mark.parametrize("write", [to_svg_file, to_png])
+def test_the_last_bits_of_a_layout_change_no_byte(write, monkeypatch):
+    execute = ConstrainedLayoutEngine.execute
 
-    def execute(self, fig):
-        super().execute(fig)
+    def noisy(engine, fig):
+        execute(engine, fig)
         for axes in fig.axes:
             x, y, width, height = axes.get_position(original=True).bounds
             axes._set_position((x + 1e-14, y, width, height - 1e-14))
 
-
-@pytest.mark.parametrize("write", [to_svg_file, to_png])
-def test_the_last_bits_of_a_layout_change_no_byte(write):
     with drawing():
-        figures = [small_figure(), small_figure()]
-        figures[1].set_layout_engine(Noisy(h_pad=0.06, w_pad=0.04))
-        assert write(figures[0]) == write(figures[1])
+        before = write(small_figure())
+        monkeypatch.setattr(ConstrainedLayoutEngine, "execute", noisy)
+        assert write(small_figure()) == before
 
 
 def test_an_svg_names_no_date_and_keeps_text_as_text():
