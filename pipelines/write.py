@@ -1,21 +1,18 @@
 """Stages that write what was found; they forward everything, so they may stand anywhere in a pipeline."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from ..formats.events import Bytes, Event, Image, MarkSighting, Notice, Pose, Sightings, Summary
+from ..formats.events import Event, MarkSighting, Notice, Pose, Sightings, Summary
 from ..formats.files import replacing_text
-from ..formats.images import DamagedImage, grey
 from ..formats.mark_poses import HEADER as MARK_POSES_HEADER
 from ..formats.mark_poses import mark_pose_line, mark_pose_to_json
-from ..formats.png import write_png
 from ..formats.sightings import HEADER, sightings_line
 from ..formats.trajectories.trajectory_csv import CsvWriter
 from ..formats.trajectories.tum import TumWriter
 from .engine.params import Field, OutputPath, Params
-from .images import no_images
+from .images.checks import no_images
 
 S = TypeVar("S", bound=Event)
 
@@ -91,45 +88,6 @@ def write_mark_poses(events: Iterator[Event], params: WriteMarkPosesParams) -> I
         stamp = event.stamp
     if is_kept:
         yield Summary(stamp=stamp, source="poses", values=poses)
-
-
-def overlays(
-    events: Iterator[Event],
-    kind: type[S],
-    source: str,
-    draw: Callable[[Bytes, Sequence[S]], Bytes],
-    *,
-    folder: str,
-    every: int,
-) -> Iterator[Event]:
-    """Write a picture per image with what a stage saw in it; the rest of a stage that draws over images.
-
-    Args:
-        events: what passes; sightings have the stamp of their image and follow it.
-        kind: of the sightings.
-        source: name of the stage that made them.
-        draw: from an image (H, W) and its sightings, at least one, to a picture (H, W, 3) blue, green, red.
-        folder: where the pictures go, named by the stamps of the images.
-        every: write every n-th only of the images that have sightings.
-    """
-    image: Image | None = None
-    seen: list[S] = []
-    n = 0
-
-    def write() -> None:
-        if image is not None and seen and n % every == 0:
-            with suppress(DamagedImage):  # the stage that looked at it has said so
-                write_png(Path(folder) / f"{image.stamp}.png", draw(grey(image), seen))
-
-    for event in events:
-        if isinstance(event, Image):
-            write()
-            n += bool(seen)
-            image, seen = event, []
-        elif isinstance(event, kind) and event.source == source and image is not None and event.stamp == image.stamp:
-            seen.append(event)
-        yield event
-    write()
 
 
 def _lines(

@@ -16,7 +16,7 @@ from logpose.pipelines.engine.stage import load_stage
 ROOT = Path(__file__).parent.parent
 CODE = ("cli", "formats", "pipelines")
 FILES = sorted(p for folder in CODE for p in (ROOT / folder).rglob("*.py"))
-SHARED = {"engine", "geometry", "estimation", "odometry"}
+SHARED = {"engine", "geometry", "estimation", "odometry", "images"}
 LIBRARIES = {
     "cli": {"click", "yaml", "rich"},
     "formats": {"numpy", "cv2", "mcap", "rosbags", "yaml", "lz4", "zstandard", "scipy", "apsw"},
@@ -74,6 +74,7 @@ def test_a_system_imports_no_other_system(path):
             assert package != "geometry", f"geometry imports {'.'.join(target)}"
             assert package != "estimation" or target[1] == "geometry", f"estimation imports {'.'.join(target)}"
             assert package != "odometry" or target[1] in {"engine", "geometry"}, f"odometry imports {'.'.join(target)}"
+            assert package != "images" or target[1] == "geometry", f"images imports {'.'.join(target)}"
             assert package != "simulate" or target[1] == "engine", f"the simulator imports {'.'.join(target)}"
 
 

@@ -5,7 +5,7 @@ Green: wholly in view. Orange: cut by the border. The outline is the mean radius
 
 import numpy as np
 
-from ..canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, circle, ground, is_drawable, line, write
+from ..images.canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, circle, ground, is_drawable, line, write
 
 ARMS = np.array([[4.0, 0.0], [0.0, 4.0]])
 """Half the cross over a centre [px]."""

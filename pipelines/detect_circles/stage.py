@@ -15,8 +15,8 @@ from ...formats.maps.landmarks import read_landmarks
 from ..engine.stage import per_message
 from ..geometry.mount import upward
 from ..geometry.so3 import as_matrix
-from ..images import camera_of, check_size, damaged_image, no_calibration
-from ..write import overlays
+from ..images.checks import camera_of, check_size, damaged_image, no_calibration
+from ..images.overlays import overlays
 from . import paper
 from .detect import Array, Bytes, Circles, Plane, Search, find_circles
 from .overlay import draw_overlay

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ..canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, Colour, ground, is_drawable, line, write
+from ..images.canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, Colour, ground, is_drawable, line, write
 
 ROW: Colour = (200, 90, 230)
 DASH_PX = 8

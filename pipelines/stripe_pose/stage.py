@@ -13,8 +13,8 @@ from ...formats.images import DamagedImage, grey
 from ...formats.maps.marks import read_marks
 from ..geometry.camera import Camera
 from ..geometry.mount import robot_tilt
-from ..images import camera_of, check_size, damaged_image, no_calibration, no_images, topic_of
-from ..write import overlays
+from ..images.checks import camera_of, check_size, damaged_image, no_calibration, no_images, topic_of
+from ..images.overlays import overlays
 from .attitude import Looking, Stated, Turned, expected, looking_of
 from .method import find_marks
 from .overlay import Seen, draw_overlay

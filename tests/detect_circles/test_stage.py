@@ -8,10 +8,10 @@ from logpose.formats.errors import ConfigError
 from logpose.formats.events import NO_ID, Image, Mount, Notice, Odometry, Sightings
 from logpose.formats.maps.landmarks import write_landmarks
 from logpose.formats.products import LandmarkMap
-from logpose.pipelines.canvas import GREEN, ORANGE
 from logpose.pipelines.detect_circles.overlay import draw_overlay
 from logpose.pipelines.detect_circles.params import DetectCirclesParams, WriteOverlaysParams
 from logpose.pipelines.detect_circles.stage import detect_circles, write_overlays
+from logpose.pipelines.images.canvas import GREEN, ORANGE
 
 CALIBRATION = Calibration(160, 120, 160.0, 160.0, 80.0, 60.0)
 

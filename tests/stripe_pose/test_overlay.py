@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from logpose.formats.events import Image, MarkSighting
-from logpose.pipelines.canvas import GREEN, ORANGE
+from logpose.pipelines.images.canvas import GREEN, ORANGE
 from logpose.pipelines.stripe_pose.overlay import Seen, draw_overlay, words
 from logpose.pipelines.stripe_pose.params import WriteMarkOverlaysParams
 from logpose.pipelines.stripe_pose.stage import write_mark_overlays

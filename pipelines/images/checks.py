@@ -3,11 +3,11 @@
 import numpy as np
 import numpy.typing as npt
 
-from ..formats.calibration import Calibration
-from ..formats.errors import ConfigError
-from ..formats.events import Image, Notice
-from ..formats.images import DamagedImage
-from .geometry.camera import Camera
+from ...formats.calibration import Calibration
+from ...formats.errors import ConfigError
+from ...formats.events import Image, Notice
+from ...formats.images import DamagedImage
+from ..geometry.camera import Camera
 
 
 def topic_of(event: Image) -> str:
