@@ -10,7 +10,22 @@ from dataclasses import dataclass
 from .containers.container import Channel
 from .decode import why_not_decodable
 from .errors import ConfigError
-from .events import CameraInfo, Event, Image, Imu, JointState, LaserScan, Odometry, Pose, Range, Sightings
+from .events import (
+    INITIAL_POSE,
+    LOGGED_POSE,
+    TRUE_SIGHTINGS,
+    TRUTH,
+    CameraInfo,
+    Event,
+    Image,
+    Imu,
+    JointState,
+    LaserScan,
+    Odometry,
+    Pose,
+    Range,
+    Sightings,
+)
 
 AUTO = "auto"
 
@@ -40,10 +55,10 @@ ROLES: dict[str, Role] = {
     "range": Role(Range),
     "scan": Role(LaserScan, "/scan"),
     "sightings": Role(Sightings, "/sightings"),
-    "true_sightings": Role(Sightings, "/ground_truth/sightings", needs_name=True),
-    "truth": Role(Pose, "/ground_truth/pose", needs_name=True),
-    "initial_pose": Role(Pose, "/initialpose", needs_name=True),
-    "pose": Role(Pose),
+    TRUE_SIGHTINGS: Role(Sightings, "/ground_truth/sightings", needs_name=True),
+    TRUTH: Role(Pose, "/ground_truth/pose", needs_name=True),
+    INITIAL_POSE: Role(Pose, "/initialpose", needs_name=True),
+    LOGGED_POSE: Role(Pose),
 }
 
 SIGHTINGS_SCHEMA = "logpose.Sightings"

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...formats.errors import FormatError
-from ...formats.events import Event, Notice, Pose, Summary
+from ...formats.events import INITIAL_POSE, LOGGED_POSE, TRUTH, Event, Notice, Pose, Summary
 from ...formats.maps.waypoints import Waypoint, read_waypoints
 from ...formats.products import Trajectory
 from .evaluation import EvaluateParams
 from .evaluation import evaluate as compare
 
-ROLES = frozenset({"truth", "initial_pose", "pose"})
+ROLES = frozenset({TRUTH, INITIAL_POSE, LOGGED_POSE})
 """Sources of poses that were read and not estimated."""
 
 
@@ -27,7 +27,7 @@ def evaluate(events: Iterator[Event], params: EvaluateParams) -> Iterator[Event]
         stamp = max(stamp, event.stamp)
         if not isinstance(event, Pose):
             continue
-        if event.source == "truth":
+        if event.source == TRUTH:
             truth.append(event)
         elif event.source not in ROLES:
             source = source or event.source

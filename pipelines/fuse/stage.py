@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...formats.errors import ConfigError
-from ...formats.events import Array, Event, MarkSighting, Notice, Odometry, Pose, Summary
+from ...formats.events import INITIAL_POSE, Array, Event, MarkSighting, Notice, Odometry, Pose, Summary
 from ...formats.maps.marks import read_marks
 from ..geometry.motion import Increment
 from ..odometry.poses import parse_start_pose, planar_pose, start_pose_of
@@ -54,7 +54,7 @@ def fuse_poses(events: Iterator[Event], params: FuseParams) -> Iterator[Event]:
             run.sighting(event)
         elif isinstance(event, Odometry):
             yield from run.odometry(event)
-        elif isinstance(event, Pose) and event.source == "initial_pose":
+        elif isinstance(event, Pose) and event.source == INITIAL_POSE:
             yield from run.start(event)
     yield from run.end()
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...formats.errors import ConfigError
-from ...formats.events import NO_ID, Event, Notice, Odometry, Pose, Sightings, Summary
+from ...formats.events import INITIAL_POSE, NO_ID, TRUE_SIGHTINGS, Event, Notice, Odometry, Pose, Sightings, Summary
 from ...formats.maps.landmarks import read_landmarks
 from ..odometry.poses import MISSING_START_POSE, parse_start_pose, planar_pose, start_pose_of
 from ..odometry.reader import MISSING_ODOMETRY, OdometryReader, odometry_notices, skipped_notice
@@ -60,7 +60,7 @@ def localize_pf(events: Iterator[Event], params: LocalizePfParams) -> Iterator[E
             yield from run.odometry(event)
         elif isinstance(event, Sightings) and event.source in run.roles:
             yield from run.image(event)
-        elif isinstance(event, Pose) and event.source == "initial_pose":
+        elif isinstance(event, Pose) and event.source == INITIAL_POSE:
             yield from run.start(event)
     yield from run.end()
 
@@ -81,7 +81,7 @@ class _Run:
             params.odometry_from, params.gap_s, jump=(params.jump_speed_m_s, params.jump_turn_rad_s)
         )
         given = params.association == "given"
-        self.roles = {"true_sightings"} if given else {"detect-circles", "sightings"}
+        self.roles = {TRUE_SIGHTINGS} if given else {"detect-circles", "sightings"}
         self.last = -(2**63)
         self.first_image: int | None = None
         self.last_image: int | None = None

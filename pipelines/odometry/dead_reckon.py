@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from ...formats.errors import ConfigError
-from ...formats.events import Event, MarkSighting, Odometry, Pose, Sightings
+from ...formats.events import INITIAL_POSE, Event, MarkSighting, Odometry, Pose, Sightings
 from ..engine.params import Field, Params
 from ..geometry.se2 import compose
 from .poses import MISSING_START_POSE, parse_start_pose, planar_pose, start_pose_of
@@ -45,7 +45,7 @@ def dead_reckon(events: Iterator[Event], params: DeadReckonParams) -> Iterator[E
     last: int | None = None
     for event in events:
         yield event
-        if isinstance(event, Pose) and event.source == "initial_pose" and params.initial_pose is None:
+        if isinstance(event, Pose) and event.source == INITIAL_POSE and params.initial_pose is None:
             reader.until(event.stamp)
             pose, _ = start_pose_of(event)
         elif isinstance(event, Odometry | Sightings | MarkSighting):

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ....formats.events import Pose, Transform
+from ....formats.events import INITIAL_POSE, Pose, Transform
 from ...engine.params import Field, Params
 from ..pose import View, place, quaternion, rpy
 from ..scene import BASE, MAP, Cause, Run
@@ -44,7 +44,7 @@ def start_pose(run: Run, params: InitialPoseParams) -> Iterator[Pose]:
     yield Pose(
         stamp=run.start_ns,
         topic=params.topic,
-        source="initial_pose",
+        source=INITIAL_POSE,
         frame_id=MAP,
         position=np.array([x, y, 0.0]),
         orientation=quaternion(rpy(0.0, 0.0, heading)),

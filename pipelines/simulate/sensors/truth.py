@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ....formats.events import Pose
+from ....formats.events import TRUTH, Pose
 from ..pose import quaternion, rpy
 from ..scene import MAP, Run
 
@@ -22,7 +22,7 @@ def true_poses(run: Run, rate_hz: float) -> Iterator[Pose]:
         yield Pose(
             stamp=run.start_ns + time_ns,
             topic=TRUE_POSE,
-            source="truth",
+            source=TRUTH,
             frame_id=MAP,
             position=np.array([x, y, 0.0]),
             orientation=quaternion(rpy(0.0, 0.0, heading)),

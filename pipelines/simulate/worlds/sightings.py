@@ -5,14 +5,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ....formats.events import NO_ID, Array, Sightings
+from ....formats.events import NO_ID, TRUE_SIGHTINGS, Array, Sightings
 from ...engine.params import Field, Params
 from ..camera import CameraParams, base_camera, calibration_of, project, rays_through
 from ..renderer import reach
 from ..scene import BASE, Cause, Run
 from .ceiling import Ceiling
 
-TRUE_SIGHTINGS = "/ground_truth/sightings"
+TOPIC = "/ground_truth/sightings"
 
 
 class AbstractParams(Params):
@@ -61,8 +61,8 @@ def true_sightings(run: Run, time_ns: int, camera: CameraParams, ceiling: Ceilin
     n = len(near)
     return Sightings(
         stamp=run.start_ns + time_ns,
-        topic=TRUE_SIGHTINGS,
-        source="true_sightings",
+        topic=TOPIC,
+        source=TRUE_SIGHTINGS,
         frame_id=BASE,
         xy=(places[near, :2] - pose[:2]) @ np.array([[c, -s], [s, c]]),
         cov=np.zeros((n, 2, 2)),
