@@ -65,4 +65,5 @@ def test_peak_memory_does_not_grow_with_the_log(folder, tmp_path):
         return float(done.stdout)
 
     assert HELD_MIB > 5 * BOUND_MIB, "the logs are too short to show anything"
+    peak("short")  # kernels are compiled by the first run on a machine, which takes memory
     assert peak("long") - peak("short") < BOUND_MIB
