@@ -1,1 +1,1 @@
-"""Words typed in a shell become function calls; one file per subcommand, no mathematics."""
+"""Words typed in a shell become function calls; a file per subcommand and what they share, no mathematics."""

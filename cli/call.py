@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ..formats.errors import ConfigError
+from ..formats.events import INITIAL_POSE, TRUTH
 from ..formats.topics import ROLES
 from ..formats.window import parse_window
 from ..pipelines.catalog import PIPELINES, STAGES
@@ -86,26 +87,26 @@ def _dressed(document: Document, call: Call) -> Document:
         document = overlay(document, read_document(Path(path)))
     stages = [_entry(*call.swaps[entry.name]) if entry.name in call.swaps else entry for entry in document.stages]
     reference, overlays = options.get("reference"), options.get("overlays")
-    if reference is not None:
+    if reference:
         stages.insert(0, _entry("read-truth", {"path": reference}))
     if call.overlays is not None and overlays:
         stages.append(_entry(call.overlays, {"path": overlays}))
-    document = replace(document, stages=tuple(stages), topics={**document.topics, **_topics(call)})
+    document = replace(document, stages=tuple(stages))
     given = (setting(text) for text in options["settings"])
     settings = [(key, Value(value, "--set", Path())) for key, value in given]
     settings += _flags(document, call)
     settings += _everywhere(document, "seed", options["seed"])
     settings += _everywhere(document, "workers", options["workers"])
-    return assign(document, settings)
+    return replace(assign(document, settings), topics={**document.topics, **_topics(call)})
 
 
 def _topics(call: Call) -> dict[str, str]:
     """Return the topics that flags decide; what is named with ``--topic`` wins."""
     topics = dict(call.topics)
     if _is_topic(call.options.get("initial_pose")):
-        topics["initial_pose"] = call.options["initial_pose"]
+        topics[INITIAL_POSE] = call.options["initial_pose"]
     if call.options.get("reference") is not None:
-        topics["truth"] = "none"
+        topics[TRUTH] = "none"
     return topics | dict(_topic(text) for text in call.options["topics"])
 
 

@@ -79,8 +79,9 @@ def command(
     entry = StageEntry("evaluate", "the command line", values)
     params = bind(Document("evaluate", {}, (entry,)), STAGES, Path()).stages[0].params
     assert isinstance(params, EvaluateParams)
+    truth, guess = read_trajectory(reference), read_trajectory(estimate)
     places = None if waypoints is None else read_waypoints(waypoints)
-    evaluation = evaluate(read_trajectory(reference), read_trajectory(estimate), params, places)
+    evaluation = evaluate(truth, guess, params, places)
     click.echo(dump_json(evaluation.to_json()) if as_json else table(evaluation))
     failed = failed_gates(parsed, evaluation.result)
     if failed:

@@ -54,7 +54,8 @@ def command(**options: Any) -> int:
 
     sightings = options["sightings"]
     swaps, topics = {}, {}
-    if sightings is not None:
+    if sightings:
         swaps = {"detect-circles": ("read-sightings", {"path": sightings})}
+    if sightings is not None:
         topics = dict.fromkeys(("image", "camera_info", "sightings"), "none")
     return execute(Call(name="localize-pf", options=options, flags=FLAGS, stream=STREAM, swaps=swaps, topics=topics))

@@ -69,10 +69,13 @@ def keeps_the_rules(root, *tests):
 
 
 def write_reference(root):
-    """Do what ``make reference`` does for the stages."""
+    """Do what ``make reference`` does, and return the page with its tree."""
     makefile = (ROOT / "Makefile").read_text()
-    words = re.search(r"^reference:.*\n\t\$\(BIN\)/python -c '(.+)' > docs/stages.md$", makefile, re.MULTILINE)
+    lines = r"^reference:.*\n\t\$\(BIN\)/python -c '(.+)' > docs/stages.md\n\t\$\(BIN\)/python docs/tree.py$"
+    words = re.search(lines, makefile, re.MULTILINE)
     (root / "docs" / "stages.md").write_text(run(root, "-c", words.group(1)))
+    run(root, "docs/tree.py")
+    return (root / "docs" / "architecture.md").read_text()
 
 
 def test_a_stage_and_a_subcommand_added_as_the_page_says_work(copy, tmp_path):
@@ -84,11 +87,12 @@ def test_a_stage_and_a_subcommand_added_as_the_page_says_work(copy, tmp_path):
     log = "sample_logs/ceiling.mcap"
     run(copy, "-m", "logpose", "run", str(pipeline), log, "--duration", "5", "-o", "out")
     assert '"length_m": ' in (copy / "out" / "report.json").read_text()
-    write_reference(copy)
+    assert re.search(r"^    stage.py +The stage path-length: how far", write_reference(copy), re.MULTILINE)
     assert "## path-length" in (copy / "docs" / "stages.md").read_text()
     keeps_the_rules(copy, "tests/path_length")
 
     follow("Add a subcommand", copy)
+    assert re.search(r"^  path_length.py +logpose path-length$", write_reference(copy), re.MULTILINE)
     assert "path-length" in run(copy, "-m", "logpose", "--help")
     assert "suits path-length: yes" in run(copy, "-m", "logpose", "inspect", log)
     run(copy, "-m", "logpose", "path-length", log, "--duration", "5", "-o", "again")
@@ -98,6 +102,7 @@ def test_a_stage_and_a_subcommand_added_as_the_page_says_work(copy, tmp_path):
 
 def test_an_importer_added_as_the_page_says_works(copy, tmp_path):
     follow("Add an importer", copy)
+    assert re.search(r"^    poses_txt.py +Lines of t_s x_m y_m", write_reference(copy), re.MULTILINE)
     poses = tmp_path / "poses.txt"
     poses.write_text("".join(f"{0.1 * i:.1f} {0.05 * i:.2f} 0 0\n" for i in range(20)))
     run(copy, "-m", "logpose", "convert", "poses-txt", str(poses), "-o", "drive.mcap")

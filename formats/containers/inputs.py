@@ -20,7 +20,7 @@ from .inflate import inflate_file
 from .mcap import McapFile
 from .rosbag1 import Rosbag1File
 from .rosbag2 import BagFolder, CompressedMessages, SqliteFile, read_folder
-from .sniff import Kind, kind_of
+from .sniff import InputType, kind_of
 
 _WHOLE = 64 << 20
 _PIECE = 1 << 20
@@ -90,7 +90,7 @@ def open_inputs(paths: str | Path | Sequence[str | Path], rate_hz: float = DEFAU
     for path in map(Path, paths):
         if str(path) == "-":
             parts.append(_Part([_open_standard_input()], []))
-        elif (kind := kind_of(path)) is Kind.IMAGE:
+        elif (kind := kind_of(path)) is InputType.IMAGE:
             images.append(path)
         else:
             parts.append(_open_path(path, kind, rate_hz))
@@ -124,26 +124,26 @@ class _Part:
     problems: Sequence[str] = ()
 
 
-def _open_path(path: Path, kind: Kind, rate_hz: float) -> _Part:
-    if kind is Kind.IMAGE_FOLDER:
+def _open_path(path: Path, kind: InputType, rate_hz: float) -> _Part:
+    if kind is InputType.IMAGE_FOLDER:
         return _Part([ImageFiles(path, rate_hz=rate_hz)], sorted(p for p in path.iterdir() if p.is_file()))
-    if kind is Kind.ROSBAG2_FOLDER:
+    if kind is InputType.ROSBAG2_FOLDER:
         folder = read_folder(path)
         containers = [_open_storage(file, kind_of(file), folder) for file in folder.files]
         return _Part(containers, folder.files, folder.announced, [f"{path}: {text}" for text in folder.problems])
     return _Part([_open_storage(path, kind)], [path])
 
 
-def _open_storage(path: Path, kind: Kind, folder: BagFolder | None = None, name: str = "") -> Container:
+def _open_storage(path: Path, kind: InputType, folder: BagFolder | None = None, name: str = "") -> Container:
     """Open a file of some kind, of a ROS 2 bag folder perhaps; ``name`` is what to call it, where it is a copy."""
     container: Container
-    if kind is Kind.ZSTD:
+    if kind is InputType.ZSTD:
         return _open_compressed(path, folder, name)
-    if kind is Kind.MCAP:
+    if kind is InputType.MCAP:
         container = McapFile(path, name)
-    elif kind is Kind.SQLITE:
+    elif kind is InputType.SQLITE:
         container = SqliteFile(path, name, folder.distro if folder else "")
-    elif kind is Kind.ROSBAG1:
+    elif kind is InputType.ROSBAG1:
         container = Rosbag1File(path, name)
     else:
         raise FormatError(f"{name or path}: is no storage of a ROS 2 bag. Check metadata.yaml.")

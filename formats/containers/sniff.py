@@ -10,7 +10,7 @@ from .container import guarded
 ACCEPTED = "Accepted are ROS 1 bags, ROS 2 bags (folder, .db3 or .mcap), MCAP files, images and folders of images."
 
 
-class Kind(Enum):
+class InputType(Enum):
     """The kinds of input."""
 
     ROSBAG1 = "ROS 1 bag"
@@ -23,11 +23,11 @@ class Kind(Enum):
 
 
 _ZSTD = b"\x28\xb5\x2f\xfd"
-_MAGICS: tuple[tuple[bytes, Kind], ...] = (
-    (rosbag1.MAGIC, Kind.ROSBAG1),
-    (mcap.MAGIC, Kind.MCAP),
-    (b"SQLite format 3\x00", Kind.SQLITE),
-    (_ZSTD, Kind.ZSTD),
+_MAGICS: tuple[tuple[bytes, InputType], ...] = (
+    (rosbag1.MAGIC, InputType.ROSBAG1),
+    (mcap.MAGIC, InputType.MCAP),
+    (b"SQLite format 3\x00", InputType.SQLITE),
+    (_ZSTD, InputType.ZSTD),
 )
 _IMAGES: tuple[tuple[bytes, str], ...] = (
     (b"\xff\xd8\xff", "jpeg"),
@@ -42,7 +42,7 @@ _IMAGES: tuple[tuple[bytes, str], ...] = (
 )
 
 
-def kind_of(path: Path, name: str = "") -> Kind:
+def kind_of(path: Path, name: str = "") -> InputType:
     """Return what ``path`` is; ``name`` is what to call it in messages.
 
     Raises:
@@ -59,7 +59,7 @@ def kind_of(path: Path, name: str = "") -> Kind:
         if head.startswith(magic):
             return kind
     if image_encoding(head):
-        return Kind.IMAGE
+        return InputType.IMAGE
     if head.startswith(b"#ROSBAG V"):
         version = head[9:16].split(b"\n")[0].decode("ascii", "replace")
         raise FormatError(f"{name}: is a bag of version {version!r}, not 2.0. Convert it with rosbag migrate.")
@@ -85,7 +85,7 @@ def image_files(folder: Path) -> list[Path]:
 
 def storage_files(folder: Path) -> list[Path]:
     """Return the storage files of a ROS 2 bag folder without its ``metadata.yaml``, in natural order."""
-    kinds = (Kind.MCAP, Kind.SQLITE)
+    kinds = (InputType.MCAP, InputType.SQLITE)
     files: list[Path] = []
     for path in sorted(folder.iterdir(), key=_natural):
         if not path.is_file() or path.name.startswith("."):
@@ -97,11 +97,11 @@ def storage_files(folder: Path) -> list[Path]:
     return files
 
 
-def _kind_of_folder(folder: Path) -> Kind:
+def _kind_of_folder(folder: Path) -> InputType:
     if (folder / "metadata.yaml").is_file() or storage_files(folder):
-        return Kind.ROSBAG2_FOLDER
+        return InputType.ROSBAG2_FOLDER
     if image_files(folder):
-        return Kind.IMAGE_FOLDER
+        return InputType.IMAGE_FOLDER
     names = sorted(p.name for p in folder.iterdir())
     if not names:
         raise FormatError(f"{folder}: the folder is empty. {ACCEPTED}")

@@ -89,7 +89,7 @@ def _parse(path: str, times: Path | None, allow_repeats: bool) -> Trajectory:
 
 
 def _read_topic(log: str, topic: str, allow_repeats: bool) -> Trajectory:
-    from ..events import Odometry, Pose
+    from ..events import LOGGED_POSE, Pose
     from ..log import open_log
 
     stamps: list[int] = []
@@ -97,14 +97,12 @@ def _read_topic(log: str, topic: str, allow_repeats: bool) -> Trajectory:
     covariances = []
     frame_id = "map"
     where = f"{log}:{topic}"
-    for event in open_log([log], {"pose": topic}):
-        if not isinstance(event, Pose | Odometry) or event.position is None or event.orientation is None:
-            continue
-        if event.topic not in {"", topic}:
+    for event in open_log([log], {LOGGED_POSE: topic}):
+        if not isinstance(event, Pose) or event.topic not in {"", topic}:
             continue
         stamps.append(event.stamp)
         values.append([*event.position.tolist(), *event.orientation.tolist()])
-        covariances.append(event.covariance if isinstance(event, Pose) else None)
+        covariances.append(event.covariance)
         frame_id = event.frame_id or frame_id
     if not stamps:
         raise ConfigError(f"{where}: no poses on this topic. Run 'logpose inspect {log}' to see the topics.")

@@ -5,7 +5,7 @@ Green: wholly in view. Orange: cut by the border. The outline is the mean radius
 
 import numpy as np
 
-from ..images.canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, circle, ground, is_drawable, line, write
+from ..images.canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, circle, ground, is_drawable, line, put_text
 
 ARMS = np.array([[4.0, 0.0], [0.0, 4.0]])
 """Half the cross over a centre [px]."""
@@ -33,5 +33,5 @@ def draw_overlay(grey: Bytes, uv: Array, radius: Array, score: Array) -> Bytes:
         for arm in ARMS:
             line(picture, uv[i] - arm, uv[i] + arm, colour)
         place = (int(np.clip(u + 0.72 * r + 2, 0, width - 34)), int(np.clip(v - 0.72 * r - 2, 10, height - 2)))
-        write(picture, f"{score[i]:.2f}", place, colour)
+        put_text(picture, f"{score[i]:.2f}", place, colour)
     return picture

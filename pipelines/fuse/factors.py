@@ -14,11 +14,11 @@ from ..estimation.losses import Loss
 from ..estimation.smoothing import Factor, Linear, whitening
 from ..geometry.angles import difference
 from ..geometry.se2 import between, compose, in_map
-from ..odometry.errors import corrected, start_calibration, walk_variances
+from ..odometry.noise import corrected, start_calibration, walk_variances
 from .history import Sightings, Starts
+from .mark_errors import displaced, survey_sigmas
 from .motion import LEAST, N_POSE, N_STATE, linearise
 from .params import FuseParams
-from .survey import displaced, survey_sigmas
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Indices: TypeAlias = npt.NDArray[np.intp]

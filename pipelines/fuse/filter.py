@@ -4,7 +4,7 @@
 
     begin     X = z,  P from the noise of the sighting and the survey of its mark, both remembered
     predict   X <- X o step(u),  P <- F P F' + Q                          (motion.py)
-    sighting  r = z - found(X, survey error),  gate, correct              (survey.py, estimation/kalman.py)
+    sighting  r = z - found(X, survey error),  gate, correct              (mark_errors.py, estimation/kalman.py)
 
 A sighting that looks like the last one of the same mark because the robot hardly moved has the same noise again (the
 edges fall on the same pixels): its covariance is divided by its news, tanh of the way, turn and time since then in
@@ -21,10 +21,10 @@ from ..estimation.kalman import Innovation, correct, innovation, predict
 from ..geometry.angles import difference
 from ..geometry.motion import Increment
 from ..geometry.se2 import compose, in_map
-from ..odometry.errors import corrected, start_calibration, step_noise, walk_variances
+from ..odometry.noise import corrected, start_calibration, step_noise, walk_variances
+from .mark_errors import displaced, survey_sigmas
 from .motion import LEAST, N_POSE, N_STATE, linearise
 from .params import FuseParams
-from .survey import displaced, survey_sigmas
 from .view import Seen
 
 Array: TypeAlias = npt.NDArray[np.float64]

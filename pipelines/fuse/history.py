@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from ..geometry.motion import Increment
 from ..geometry.se2 import compose, inverse
-from ..odometry.errors import corrected
+from ..odometry.noise import corrected
 from .filter import PoseFilter
 from .motion import N_POSE, N_STATE
 from .view import Seen

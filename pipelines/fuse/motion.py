@@ -1,6 +1,6 @@
 """How the errors of a state move with the robot; for one step or for all of a log.
 
-A state is x, y, heading, and the calibration of the odometry (``odometry/errors.py``), whose steps are (a, phi). The
+A state is x, y, heading, and the calibration of the odometry (``odometry/noise.py``), whose steps are (a, phi). The
 error of a pose lives in the robot's frame, X_true = X o xi, where its motion does not depend on the pose::
 
     xi_xy' = Rot(-phi) (xi_xy + xi_th J a),   xi_th' = xi_th,   J = [0 -1; 1 0]
@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..estimation.gaussian import pose_covariance
-from ..odometry.errors import DT, DTHETA, corrected
+from ..odometry.noise import DT, DTHETA, corrected
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from ..engine.params import Field, InputPath, Params
-from ..odometry.errors import OdometryErrors
+from ..odometry.noise import OdometryErrors
 
 
 class _Setup(Params):

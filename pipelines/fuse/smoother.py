@@ -24,7 +24,7 @@ from ..estimation.kalman import chi_square
 from ..estimation.losses import SQUARES, Loss
 from ..estimation.smoothing import Factor, Smoothed, smooth
 from ..geometry.se2 import compose, in_map
-from ..odometry.errors import step_noise
+from ..odometry.noise import step_noise
 from . import factors
 from .history import History
 from .motion import LEAST, N_POSE, linearise

@@ -41,7 +41,7 @@ def circle(picture: Bytes, centre: Array, radius: float, colour: Colour) -> None
     cv2.circle(picture, _fixed(centre), round(radius * (1 << _SHIFT)), colour, 1, cv2.LINE_AA, _SHIFT)
 
 
-def write(picture: Bytes, text: str, place: tuple[int, int], colour: Colour) -> None:
+def put_text(picture: Bytes, text: str, place: tuple[int, int], colour: Colour) -> None:
     """Write small letters, the first one's lower left corner at a place [px]."""
     cv2.putText(picture, text, place, cv2.FONT_HERSHEY_PLAIN, 0.9, colour, 1, cv2.LINE_AA)
 

@@ -21,7 +21,7 @@ def overlays(
     folder: str,
     every: int,
 ) -> Iterator[Event]:
-    """Write a picture per image with what a stage saw in it; the rest of a stage that draws over images.
+    """Write a picture per image with what a stage saw in it, when the next image comes or the log ends.
 
     Args:
         events: what passes; sightings have the stamp of their image and follow it.

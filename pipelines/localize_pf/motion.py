@@ -4,7 +4,7 @@ A particle is a pose X and five more numbers: relative error of speed and of tur
 and the shift common to all sightings (x, y in the robot's frame). Around each stands the same small Gaussian
 of covariance P (8, 8), whose pose error lives in the robot's frame: ``X_true = X exp(xi)``. There neither the
 motion of an error nor its measurement depends on where the particle is, so that one P serves the whole
-cloud. With the step (a, phi) of ``odometry/errors.py``::
+cloud. With the step (a, phi) of ``odometry/noise.py``::
 
     X'     = X o (a, phi)
     xi_xy' = Rot(-phi) (xi_xy + xi_th J a) + noise of (a, phi)        J = [0 -1; 1 0]
@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from ..geometry.motion import Increment
 from ..geometry.se2 import compose, rotation
-from ..odometry.errors import corrected, step_noise
+from ..odometry.noise import corrected, step_noise
 from .params import LocalizePfParams
 
 Array: TypeAlias = npt.NDArray[np.float64]

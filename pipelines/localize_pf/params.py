@@ -6,7 +6,7 @@ Defaults describe a wheeled robot indoors with a camera that looks at the ceilin
 from typing import Literal
 
 from ..engine.params import Field, InputPath, Params
-from ..odometry.errors import OdometryErrors
+from ..odometry.noise import OdometryErrors
 
 Alphas = tuple[float, float, float, float, float, float]
 

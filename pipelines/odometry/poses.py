@@ -18,6 +18,13 @@ _PLANE = 1e-6
 """Variance reported for height [m^2], roll and pitch [rad^2]: the robot stays on its plane, to a millimetre."""
 
 
+def planar_covariance(cov: Array) -> Array:
+    """Return the covariance (6, 6) of x, y, z, roll, pitch, yaw from that (3, 3) of x, y, yaw."""
+    six = _PLANE * np.eye(6)
+    six[np.ix_([0, 1, 5], [0, 1, 5])] = cov
+    return six
+
+
 def planar_pose(
     stamp: int,
     *,
@@ -37,17 +44,13 @@ def planar_pose(
         cov: (3, 3) of it in the map; None: not known.
         info: what else is to be told of it.
     """
-    six = None
-    if cov is not None:
-        six = _PLANE * np.eye(6)
-        six[np.ix_([0, 1, 5], [0, 1, 5])] = cov
     return Pose(
         stamp=stamp,
         source=source,
         frame_id=frame_id,
         position=np.array([pose[0], pose[1], 0.0]),
         orientation=quaternion_from_yaw(float(pose[2])),
-        covariance=six,
+        covariance=None if cov is None else planar_covariance(cov),
         info={} if info is None else info,
     )
 

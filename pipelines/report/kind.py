@@ -1,6 +1,7 @@
 """What a kind of thing seen (landmarks, stripe marks) gives to reports: a folder of its own, summed up in one ``Kind``.
 
-``kinds.py`` lists them, ``contents.py`` names their pictures; nothing else in the report knows a kind by name.
+``kinds.py`` lists them, ``contents.py`` names their pictures; nothing else in the report knows a kind by
+name, but for the maps that its stages take.
 """
 
 from collections.abc import Callable, Sequence

@@ -30,7 +30,7 @@ from .worlds.stripe_world import StripeWorld
 
 SCHEMA = "world/1"
 
-KINDS: dict[str, type[World]] = {"ceiling": CeilingWorld, "stripe": StripeWorld, "stripe-bench": BenchWorld}
+WORLDS: dict[str, type[World]] = {"ceiling": CeilingWorld, "stripe": StripeWorld, "stripe-bench": BenchWorld}
 
 
 def read_world(path: str | Path, settings: Sequence[tuple[str, object]] = ()) -> World:
@@ -55,10 +55,10 @@ def parse_world(text: str, name: str, settings: Sequence[tuple[str, object]] = (
     for key, value in settings:
         _set(document, key, value)
     kind = document.get("kind")
-    if kind not in KINDS:
+    if kind not in WORLDS:
         where = f"{name}:{document.lines.get('kind', 1)}"
-        raise ConfigError(f"{where}: there is no kind of world {kind!r}. Known kinds: {', '.join(KINDS)}.")
-    model = KINDS[str(kind)]
+        raise ConfigError(f"{where}: there is no kind of world {kind!r}. Known kinds: {', '.join(WORLDS)}.")
+    model = WORLDS[str(kind)]
     try:
         # Through JSON, where lists may be tuples, but strict in everything else.
         return model.model_validate_json(json.dumps(document))

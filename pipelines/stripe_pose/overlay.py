@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ..images.canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, Colour, ground, is_drawable, line, write
+from ..images.canvas import GREEN, LIMIT_PX, ORANGE, Array, Bytes, Colour, ground, is_drawable, line, put_text
 
 ROW: Colour = (200, 90, 230)
 DASH_PX = 8
@@ -84,4 +84,4 @@ def _write_above(picture: Bytes, text: str, place: Array, colour: Colour) -> Non
     x = int(np.clip(place[0], 0, max(0, width - wide - 2)))
     y = int(np.clip(place[1] - 5, HIGH_PX, max(HIGH_PX, height - below - 1)))
     cv2.rectangle(picture, (x - 1, y - HIGH_PX - 1), (x + wide + 1, y + below), (30, 30, 30), -1)
-    write(picture, text, (x, y), colour)
+    put_text(picture, text, (x, y), colour)

@@ -3,13 +3,13 @@ import pytest
 
 from logpose.pipelines.estimation.kalman import chi_square
 from logpose.pipelines.fuse.filter import PoseFilter
+from logpose.pipelines.fuse.mark_errors import displaced
 from logpose.pipelines.fuse.motion import linearise
 from logpose.pipelines.fuse.params import FuseParams
-from logpose.pipelines.fuse.survey import displaced
 from logpose.pipelines.fuse.view import Seen, View, groups
 from logpose.pipelines.geometry.motion import Increment, pose_increment
 from logpose.pipelines.geometry.se2 import between, compose, in_map
-from logpose.pipelines.odometry.errors import corrected
+from logpose.pipelines.odometry.noise import corrected
 
 PLACES = np.array([[0.0, 2.0], [4.0, 2.0]])
 LEAST = 1e-8  # nothing is believed to less than 0.1 mm and 0.1 mrad

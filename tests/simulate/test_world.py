@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from logpose.formats.errors import ConfigError, FormatError
 from logpose.pipelines.engine.params import Params
-from logpose.pipelines.simulate.world import KINDS, CeilingWorld, parse_world, read_world
+from logpose.pipelines.simulate.world import WORLDS, CeilingWorld, parse_world, read_world
 
 MINIMAL = """\
 logpose: world/1
@@ -151,6 +151,6 @@ def test_every_key_is_described():
                 if isinstance(inner, type) and issubclass(inner, Params):
                     check(inner)
 
-    for model in KINDS.values():
+    for model in WORLDS.values():
         check(model)
-    assert CeilingWorld in KINDS.values()
+    assert CeilingWorld in WORLDS.values()

@@ -16,11 +16,8 @@ from ....formats.products import MarkMap
 from ....formats.write_log import LogWriter
 from ...geometry import se2
 from ...geometry.angles import quaternion_from_yaw
+from ...odometry.poses import planar_covariance
 from .kept import USED
-
-_IN_PLANE = (0, 1, 5)
-_PLANE = 1e-6
-"""Variance of height and lean, which are not estimated."""
 
 
 class MarkRecorder:
@@ -83,6 +80,4 @@ def mark_covariance(event: MarkSighting, yaw: float) -> Array:
     turn = np.zeros((3, 3))
     turn[:2, 1:] = se2.rotation(yaw - float(event.pose[0]))
     turn[2, 0] = 1.0
-    six = _PLANE * np.eye(6)
-    six[np.ix_(_IN_PLANE, _IN_PLANE)] = turn @ event.cov @ turn.T
-    return six
+    return planar_covariance(turn @ event.cov @ turn.T)

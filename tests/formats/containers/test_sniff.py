@@ -1,19 +1,19 @@
 import pytest
 
-from logpose.formats.containers.sniff import ACCEPTED, Kind, kind_of, storage_files
+from logpose.formats.containers.sniff import ACCEPTED, InputType, kind_of, storage_files
 from logpose.formats.errors import FormatError
 
 
 @pytest.mark.parametrize(
     ("head", "kind"),
     [
-        (b"#ROSBAG V2.0\n", Kind.ROSBAG1),
-        (b"\x89MCAP0\r\n", Kind.MCAP),
-        (b"SQLite format 3\x00", Kind.SQLITE),
-        (b"\x28\xb5\x2f\xfd", Kind.ZSTD),
-        (b"\xff\xd8\xff\xe0", Kind.IMAGE),
-        (b"\x89PNG\r\n\x1a\n", Kind.IMAGE),
-        (b"P5\n2 2\n255\n....", Kind.IMAGE),
+        (b"#ROSBAG V2.0\n", InputType.ROSBAG1),
+        (b"\x89MCAP0\r\n", InputType.MCAP),
+        (b"SQLite format 3\x00", InputType.SQLITE),
+        (b"\x28\xb5\x2f\xfd", InputType.ZSTD),
+        (b"\xff\xd8\xff\xe0", InputType.IMAGE),
+        (b"\x89PNG\r\n\x1a\n", InputType.IMAGE),
+        (b"P5\n2 2\n255\n....", InputType.IMAGE),
     ],
 )
 def test_content_says_what_a_file_is_whatever_its_name(head, kind, tmp_path):
@@ -37,7 +37,7 @@ def test_what_is_no_log_is_said_in_one_line(content, message, tmp_path):
     path = tmp_path / "x.bag"
     path.write_bytes(content)
     if message is None:
-        assert kind_of(path) is Kind.IMAGE
+        assert kind_of(path) is InputType.IMAGE
         return
     with pytest.raises(FormatError) as error:
         kind_of(path)

@@ -4,7 +4,7 @@ import pytest
 from logpose.pipelines.fuse.params import FuseParams
 from logpose.pipelines.geometry.motion import Increment, twist_increment
 from logpose.pipelines.localize_pf.params import LocalizePfParams
-from logpose.pipelines.odometry.errors import OdometryErrors, noise_variances
+from logpose.pipelines.odometry.noise import OdometryErrors, noise_variances
 
 
 def variances(u):
