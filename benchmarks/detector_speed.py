@@ -13,8 +13,6 @@ OpenCV calls that write into buffers made before.
 """
 
 import argparse
-import ctypes
-import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -24,9 +22,11 @@ import cv2
 import numpy as np
 from detector_accuracy import view_of
 from lamp_scenes import HEIGHT, WIDTH, Optics, Scene, make_scene
+from timing import mean_time
 
 from logpose.pipelines.detect_circles.detect import Search, find_circles
 from logpose.pipelines.detect_circles.paper import HoughSearch, find_circles_hough
+from logpose.pipelines.engine.allocator import keep_buffers
 
 OPTICS = Optics(k1=-0.2, k2=0.04)
 FIRST_SEED = 20000
@@ -40,11 +40,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=11)
     parser.add_argument("--images", type=int, default=40)
     args = parser.parse_args()
-    if sys.platform == "linux":
-        libc = ctypes.CDLL(None)
-        if hasattr(libc, "mallopt"):
-            libc.mallopt(-3, 32 << 20)  # M_MMAP_THRESHOLD
-            libc.mallopt(-1, 512 << 20)  # M_TRIM_THRESHOLD
+    keep_buffers()
     cv2.setNumThreads(1)
     chosen = choose_scenes(args.images)
     work = make_work()
@@ -87,19 +83,6 @@ def encoded(image: np.ndarray) -> np.ndarray:
 def decode(jpeg: np.ndarray) -> np.ndarray:
     """Return the image in a JPEG."""
     return cv2.imdecode(jpeg, cv2.IMREAD_GRAYSCALE)
-
-
-def mean_time(call: Callable[[np.ndarray], object], arrays: list[np.ndarray]) -> float:
-    """Return the mean processor time of a call [s]; each array is copied to the same place first, untimed."""
-    place = np.empty(max(array.size for array in arrays), np.uint8)
-    total = 0.0
-    for array in arrays:
-        here = place[: array.size].reshape(array.shape)
-        np.copyto(here, array)
-        start = time.process_time()
-        call(here)
-        total += time.process_time() - start
-    return total / len(arrays)
 
 
 def make_work() -> Work:

@@ -8,9 +8,6 @@ Before each call the image is copied, untimed, to one place. A ratio is the medi
 """
 
 import argparse
-import ctypes
-import sys
-import time
 from collections.abc import Callable
 
 import cv2
@@ -19,7 +16,9 @@ from mark_raster import Optics
 from mark_scenes import MARKS, Pattern, scene
 from marks_find import Finder, eye_of
 from tag_scenes import NOT_INSTALLED, Detector, Locate, locate_cv2, locate_pupil, tag
+from timing import mean_time
 
+from logpose.pipelines.engine.allocator import keep_buffers
 from logpose.pipelines.stripe_pose.method import find_marks
 
 SIDE = float(np.sqrt(0.2 * 0.1))
@@ -33,11 +32,7 @@ def main() -> None:
     parser.add_argument("--images", type=int, default=24)
     parser.add_argument("--first", type=int, default=70000)
     args = parser.parse_args()
-    if sys.platform == "linux":
-        libc = ctypes.CDLL(None)
-        if hasattr(libc, "mallopt"):
-            libc.mallopt(-3, 32 << 20)  # M_MMAP_THRESHOLD
-            libc.mallopt(-1, 512 << 20)  # M_TRIM_THRESHOLD
+    keep_buffers()
     cv2.setNumThreads(1)
     work = make_work()
     shown = {id(pattern): images(pattern, args.first, args.images) for pattern, _ in work.values()}
@@ -88,18 +83,6 @@ def images(pattern: Pattern | None, first: int, n: int) -> list[np.ndarray]:
         phi, distance = np.radians(rng.uniform(-50, 50)), rng.uniform(0.5, 3.0)
         made.append(scene(first + k, pattern=pattern, phi=phi, distance=distance).image)
     return made
-
-
-def mean_time(call: Call, arrays: list[np.ndarray]) -> float:
-    """Return the mean processor time of a call [s]."""
-    place = np.empty_like(arrays[0])
-    total = 0.0
-    for array in arrays:
-        np.copyto(place, array)
-        start = time.process_time()
-        call(place)
-        total += time.process_time() - start
-    return total / len(arrays)
 
 
 if __name__ == "__main__":
