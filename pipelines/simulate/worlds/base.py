@@ -1,5 +1,6 @@
 """What worlds of several kinds have in common: a camera and its sensor; a robot, its odometry and its start."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import partial
 from typing import Literal
@@ -21,7 +22,7 @@ from ..sensors.truth import true_poses
 START_NS = 1_451_606_400_000_000_000
 
 
-class World(Params):
+class World(Params, ABC):
     """What every world has."""
 
     logpose: Literal["world/1"] = Field(description="schema of the file")
@@ -29,13 +30,13 @@ class World(Params):
     camera: CameraParams = Field(CameraParams(), description="lens, place and topics of the camera")
     sensor: ImagerParams = Field(ImagerParams(), description="the imager behind the lens")
 
+    @abstractmethod
     def build(self) -> Scene:
         """Build the world.
 
         Raises:
             ValueError: it cannot be built.
         """
-        raise NotImplementedError
 
     def eye(self, time: float) -> View:  # noqa: ARG002
         """Return base_T_camera at a time [s]."""
