@@ -76,9 +76,11 @@ def run(request: Request, table: Table, watch: Watch | None = None) -> Result:
     was_there = out.exists()
     try:
         results, notices = _drain(chain, log, watch)
-    except BaseException:
+    except BaseException as err:
         if not was_there and out.is_dir() and not any(out.iterdir()):
             out.rmdir()
+        if isinstance(err, ConfigError) and log.has_loss and log.problems:  # a log without images may be one cut short
+            raise ConfigError(f"{err} Note that {log.problems[0]}.") from err
         raise
     lost = log.has_loss or any(notice.is_loss for notice, _ in notices.values())
     result = Result(

@@ -1,6 +1,7 @@
 """What a user of ``logpose detect-circles`` types and gets: logs, folders of images, one image, streams, pictures."""
 
 import json
+import re
 
 import cv2
 import numpy as np
@@ -252,3 +253,14 @@ def test_a_picture_cut_short_is_lost_and_the_others_are_not(detect, photos, imag
     records = (tmp_path / "out" / "sightings.jsonl").read_text().splitlines()[1:]
     assert [json.loads(line)["stamp_ns"] for line in records] == sorted(int(p.stem) for p in folder.iterdir())
     assert json.loads(records[1])["sightings"] == []
+
+
+def test_a_log_cut_short_of_its_first_image_says_so(logpose, drive, tmp_path):
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(drive.read_bytes()[:3000])
+    done = logpose("detect-circles", cut, "--ceiling", "2.74", "-o", tmp_path / "out")
+    assert (done.status, done.out) == (2, "")
+    assert "there are no images in this log" in done.err
+    assert re.search(r" Note that .*cut\.mcap: the file is cut off at byte \d+ of 3000; [^\n]*\.\n$", done.err)
+    assert done.err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
