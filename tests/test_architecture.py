@@ -110,6 +110,19 @@ def test_an_importer_added_as_the_page_says_works(copy, tmp_path):
     keeps_the_rules(copy)
 
 
+def test_a_reader_added_as_the_page_says_works(copy, tmp_path):
+    follow("Add a reader", copy)
+    assert re.search(r"^    sightings_file.py +Reads sightings.jsonl as a log", write_reference(copy), re.MULTILINE)
+    sightings = tmp_path / "s.jsonl"
+    log, landmarks = "sample_logs/ceiling.mcap", "sample_logs/ceiling.landmarks.yaml"
+    words = ["detect-circles", log, "--map", landmarks, "--lamp-diameter", "0.135", "--duration", "3", "-o", "-"]
+    sightings.write_text(run(copy, "-m", "logpose", *words))
+    assert "/sightings" in run(copy, "-m", "logpose", "inspect", str(sightings))
+    merged = ["localize-pf", log, str(sightings), "--map", landmarks, "--topic", "image=none", "--duration", "3"]
+    assert len(run(copy, "-m", "logpose", *merged, "-o", "-").splitlines()) > 20
+    keeps_the_rules(copy, "tests/formats/containers/test_sightings_file.py")
+
+
 @pytest.mark.parametrize("title", re.findall(r"^## (Add .+)$", PAGE, re.MULTILINE))
 def test_recipes_have_at_most_ten_steps(title):
     steps = re.findall(r"^(\d+)\. ", section(title), re.MULTILINE)
