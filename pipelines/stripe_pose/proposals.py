@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from ..engine.compiled import F64_1D_IN, F64_2D, F64_3D_IN, I64_1D_IN, U8_2D, compiled, ints
+from ..engine.compiled import F64_1D, F64_1D_IN, F64_2D, F64_3D_IN, I64_1D, I64_1D_IN, U8_2D, compiled, ints
 from .edges import MAX_EDGES, extrema, respond
 from .lines import undistorted
 from .matching import NONE, match_part, match_row
@@ -42,13 +42,23 @@ def noise_level(pixels: Bytes, taps: Array) -> float:
     return float(np.median(sample[:n]) / 0.6745) if n > 0 else 0.0
 
 
+@compiled(types.void(F64_1D, I64_1D, types.int64, F64_1D))
+def _fill(proposal: Array, matched: Ints, n: int, columns: Array) -> None:
+    """Write into a proposal where the first n edges of a mark are seen, nan for hidden ones, and how many are."""
+    proposal[MEMBERS] = 0
+    for q in range(n):
+        is_seen = matched[q] != NONE
+        proposal[COLUMNS + q] = columns[matched[q]] if is_seen else np.nan
+        proposal[MEMBERS] += is_seen
+
+
 @compiled(
     types.int64(
         U8_2D, F64_3D_IN, ints(3), F64_1D_IN, types.float64, F64_1D_IN, I64_1D_IN, I64_1D_IN,
         ints(2), types.float64, F64_1D_IN, F64_2D,
     )
 )  # fmt: skip
-def propose(  # noqa: C901, PLR0912  # a loop over rows and marks
+def propose(  # noqa: C901  # a loop over rows and marks
     pixels: Bytes, rays: Array, rows: tuple[int, int, int], taps: Array, noise: float, X: Array, polarity: Ints,
     starts: Ints, how: tuple[int, int], tolerance: float, gates: Array, table: Array,
 ) -> int:  # fmt: skip
@@ -114,10 +124,6 @@ def propose(  # noqa: C901, PLR0912  # a loop over rows and marks
                 if count == table.shape[0]:
                     return count
                 table[count, MARK], table[count, ROW], table[count, ERROR] = k, row, errors[j]
-                table[count, MEMBERS] = 0
-                for q in range(m):
-                    is_seen = matches[j, q] != NONE
-                    table[count, COLUMNS + q] = place[matches[j, q]] if is_seen else np.nan
-                    table[count, MEMBERS] += is_seen
+                _fill(table[count], matches[j], m, place)
                 count += 1
     return count
